@@ -3,8 +3,8 @@
 //!
 //!     cargo bench -p isolux-sim --bench light -- [REPETITIONS] [SCENE.toml …]
 //!
-//! Without scenes it takes the published one (337 lm, sensor 24.576 mm at 500 mm, 2048² pixels) of a smooth lamp and of
-//! one as a goniophotometer measures it (lopsided by 1 %, rough by 0.2 %), as a point and as a disc of 1 mm.
+//! Without scenes it takes the published one (337 lm, sensor 24.576 mm at 500 mm, 2048² pixels) of a smooth lamp and
+//! of one as a goniophotometer measures it (lopsided by 1 %, rough by 0.2 %), as a point and as a disc of 1 mm.
 //!
 //! With ISOLUX_LIGHT_FOLDER set it writes the smooth lamp's table, its maps and reference rows there, for
 //! `tests/peers/light.sh`, and prints the seconds of each repetition as lines of JSON.
@@ -24,8 +24,8 @@ use isolux_sim::inverse::{self, Accuracy};
 use isolux_sim::random::{Purpose, Random};
 use isolux_sim::sensor::{Pose, Sensor};
 use isolux_sim::setup::Setup;
-use isolux_sim::source::{Shape, Source};
-use isolux_sim::table::Table;
+use isolux_sim::source::{LightSource, Shape};
+use isolux_sim::table::IntensityTable;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let given: Vec<String> = std::env::args()
@@ -49,8 +49,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     for (name, rough) in [("smooth", 0.0), ("measured", 0.002)] {
-        let table = Arc::new(Table::new(&lamp(rough)?));
-        let source = |shape| Source::single(Arc::clone(&table), shape);
+        let table = Arc::new(IntensityTable::new(&lamp(rough)?));
+        let source = |shape| LightSource::single(Arc::clone(&table), shape);
         map(&format!("{name} point"), &source(POINT), &sensor, repetitions);
         map(&format!("{name} disc"), &source(DISC), &sensor, repetitions);
         for (what, mut work) in rays(&source(DISC), &sensor) {
@@ -112,7 +112,7 @@ fn timed(repetitions: usize, work: &mut dyn FnMut()) -> Vec<f64> {
 }
 
 /// One map with the standard accuracy into memory that is used again, and all of it against the reference mode.
-fn map(name: &str, source: &Source, sensor: &Sensor, repetitions: usize) {
+fn map(name: &str, source: &LightSource, sensor: &Sensor, repetitions: usize) {
     let mut map = vec![0.0; sensor.pixels()];
     let mut bound = inverse::Bound::default();
     let (ms, cpu_ms) = median(repetitions, &mut || {
@@ -134,7 +134,7 @@ fn map(name: &str, source: &Source, sensor: &Sensor, repetitions: usize) {
 type Work<'a> = Box<dyn FnMut() + 'a>;
 
 /// The samplings at numbers of rays that they are made for; of expected counts the map is a part.
-fn rays<'a>(source: &'a Source, sensor: &'a Sensor) -> [(&'static str, Work<'a>); 3] {
+fn rays<'a>(source: &'a LightSource, sensor: &'a Sensor) -> [(&'static str, Work<'a>); 3] {
     let traced = || {
         black_box(direct::traced(source, sensor, 100_000_000, 1).ok());
     };
@@ -152,21 +152,21 @@ fn rays<'a>(source: &'a Source, sensor: &'a Sensor) -> [(&'static str, Work<'a>)
     ]
 }
 
-/// `table.f64` (C plane after C plane), and for point and disc the map and rows 0, 64, 128 … of every pixel by itself,
-/// lx.
+/// `table.f64` (C plane after C plane), and for point and disc the map and rows 0, 64, 128 … of every pixel by
+/// itself, lx.
 fn for_peers(folder: &Path, sensor: &Sensor, repetitions: usize) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     let bytes = |values: &[f64]| -> Vec<u8> { values.iter().flat_map(|value| value.to_le_bytes()).collect() };
     let lamp = lamp(0.0)?;
     std::fs::write(folder.join("table.f64"), bytes(lamp.intensity_cd()))?;
-    let table = Arc::new(Table::new(&lamp));
+    let table = Arc::new(IntensityTable::new(&lamp));
     let say = |name: &str, work: &mut dyn FnMut()| {
         work();
         println!("{{\"name\": \"{name}\", \"seconds\": {:?}}}", timed(repetitions, work));
     };
     let mut map = vec![0.0; sensor.pixels()];
     for (name, shape) in [("point", POINT), ("disc", DISC)] {
-        let source = Source::single(Arc::clone(&table), shape);
+        let source = LightSource::single(Arc::clone(&table), shape);
         let mut bound = inverse::Bound::default();
         say(&format!("inverse {name}"), &mut || {
             bound = black_box(inverse::solve_into(&source, sensor, Accuracy::Standard, &mut map));
@@ -184,7 +184,7 @@ fn for_peers(folder: &Path, sensor: &Sensor, repetitions: usize) -> Result<(), B
         }
         std::fs::write(folder.join(format!("reference-{name}.f64")), bytes(&rows))?;
     }
-    for (name, mut work) in rays(&Source::single(table, DISC), sensor) {
+    for (name, mut work) in rays(&LightSource::single(table, DISC), sensor) {
         say(name, &mut *work);
     }
     Ok(())

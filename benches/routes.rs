@@ -3,9 +3,9 @@
 //!     cargo bench -p isolux-sim --bench routes -- [GENERATED]
 //!
 //! Three groups: the published scene (337 lm, sensor 24.576 mm at 500 mm, 2048² pixels); lamps of the kind that the
-//! virtual darkroom has, before a camera near and far; GENERATED (40) scenes of the test of the bounds. A route counts in
-//! the scenes whose map is another without it: elsewhere it was not taken. Below the table of either accuracy stand the
-//! pixels that miss what is allowed without a route, which time does not show.
+//! virtual darkroom has, before a camera near and far; GENERATED (40) scenes of the test of the bounds. A route counts
+//! in the scenes whose map is another without it: elsewhere it was not taken. Below the table of either accuracy stand
+//! the pixels that miss what is allowed without a route, which time does not show.
 
 #![expect(clippy::print_stdout, reason = "a program to run by hand")]
 
@@ -21,15 +21,15 @@ use isolux_sim::inverse::{self, Accuracy, Routes};
 use isolux_sim::random::{Purpose, Random};
 use isolux_sim::sensor::{Pose, Sensor};
 use isolux_sim::setup::Setup;
-use isolux_sim::source::{Shape, Source};
-use isolux_sim::table::Table;
+use isolux_sim::source::{LightSource, Shape};
+use isolux_sim::table::IntensityTable;
 
 #[expect(dead_code, reason = "tests take more of it")]
 #[path = "../crates/sim/tests/generated/mod.rs"]
 mod generated;
 
 /// What a group of scenes is called, and the scenes.
-type Group = (&'static str, Vec<(String, Source, Sensor)>);
+type Group = (&'static str, Vec<(String, LightSource, Sensor)>);
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
@@ -92,8 +92,8 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Pixels along a side of the corner of a sensor on which product rules, and the routes of single pixels, are timed: what
-/// takes their place may be a thousand times slower.
+/// Pixels along a side of the corner of a sensor on which product rules, and the routes of single pixels, are timed:
+/// what takes their place may be a thousand times slower.
 const CORNERS: [usize; 2] = [64, 3];
 
 /// Every route by itself left out.
@@ -150,7 +150,7 @@ struct Gain {
     of_allowed: [f64; 2],
 }
 
-fn gains((name, source, sensor): &(String, Source, Sensor), accuracy: Accuracy) -> Vec<Gain> {
+fn gains((name, source, sensor): &(String, LightSource, Sensor), accuracy: Accuracy) -> Vec<Gain> {
     let corner = |side: usize| Sensor {
         nx: sensor.nx.min(side),
         ny: sensor.ny.min(side),
@@ -190,7 +190,7 @@ struct Timed {
 }
 
 /// The map and its time: quick ones are repeated, and the least disturbed turn counts.
-fn timed(source: &Source, sensor: &Sensor, accuracy: Accuracy, routes: Routes) -> Timed {
+fn timed(source: &LightSource, sensor: &Sensor, accuracy: Accuracy, routes: Routes) -> Timed {
     let mut map = vec![0.0; sensor.pixels()];
     let (mut all, mut least) = (0.0, f64::INFINITY);
     loop {
@@ -206,7 +206,7 @@ fn timed(source: &Source, sensor: &Sensor, accuracy: Accuracy, routes: Routes) -
 }
 
 /// A smooth lamp and one as a goniophotometer measures it, each as a point and as a disc of 1 mm.
-fn published() -> Result<Vec<(String, Source, Sensor)>, Failure> {
+fn published() -> Result<Vec<(String, LightSource, Sensor)>, Failure> {
     let sensor = Sensor::new(&Pose {
         size_mm: [24.576; 2],
         pixels: [2048; 2],
@@ -218,7 +218,7 @@ fn published() -> Result<Vec<(String, Source, Sensor)>, Failure> {
     })?;
     let mut scenes = Vec::new();
     for (name, rough) in [("smooth", 0.0), ("measured", 0.002)] {
-        let table = Arc::new(Table::new(&distribution(5.25, rough)?));
+        let table = Arc::new(IntensityTable::new(&distribution(5.25, rough)?));
         let centre = DVec3::ZERO;
         for (what, shape) in [
             ("point", Shape::Point(centre)),
@@ -226,7 +226,7 @@ fn published() -> Result<Vec<(String, Source, Sensor)>, Failure> {
         ] {
             scenes.push((
                 format!("{name} {what}"),
-                Source::single(Arc::clone(&table), shape),
+                LightSource::single(Arc::clone(&table), shape),
                 sensor,
             ));
         }
@@ -235,7 +235,7 @@ fn published() -> Result<Vec<(String, Source, Sensor)>, Failure> {
 }
 
 /// Every kind of emitter, smooth and measured, near and far, before a camera's pixels and a few large ones.
-fn lamps() -> Result<Vec<(String, Source, Sensor)>, Failure> {
+fn lamps() -> Result<Vec<(String, LightSource, Sensor)>, Failure> {
     let leds = Emitter::Leds {
         position_mm: vec![],
         weight: vec![],
@@ -279,7 +279,8 @@ fn lamps() -> Result<Vec<(String, Source, Sensor)>, Failure> {
     Ok(scenes)
 }
 
-/// cosⁿγ of 337 lm, every 15° of C and 1° of γ, with seeded readings `rough` relative and lopsided by 1 % where it is.
+/// cosⁿγ of 337 lm, every 15° of C and 1° of γ, with seeded readings `rough` relative and lopsided by 1 % where
+/// it is.
 fn distribution(exponent: f64, rough: f64) -> Result<IntensityDistribution, Failure> {
     let c_deg: Vec<f64> = (0..24).map(|k| 15.0 * f64::from(k)).collect();
     let gamma_deg: Vec<f64> = (0..=90).map(f64::from).collect();

@@ -127,7 +127,7 @@ impl LuxMeter for Meter {
             outcome: reading.outcome,
             range: reading.range,
             digit: reading.digit,
-            asked: reading.began,
+            requested: reading.began,
             answered: reading.ended,
             evidence: reading.evidence,
         })

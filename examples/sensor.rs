@@ -27,7 +27,7 @@ const RAYS: Method = Method::Direct {
     seed: 1,
 };
 
-fn lit(model: &Model, method: Method) -> Result<Simulation, Box<dyn Error>> {
+fn illuminated(model: &Model, method: Method) -> Result<Simulation, Box<dyn Error>> {
     let scene = Scene::parse_with("scene.toml".into(), SCENE, model)?;
     // Nobody asks here how long it took.
     Ok(simulate(&scene, method, &|| 0.0)?)
@@ -41,8 +41,8 @@ fn mean(simulation: &Simulation) -> f64 {
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("which model?")?;
     let model = Model::load(path.as_str().into())?;
-    println!("quadrature {:.2} lx", mean(&lit(&model, Method::Inverse)?));
-    println!("rays       {:.2} lx", mean(&lit(&model, RAYS)?));
+    println!("quadrature {:.2} lx", mean(&illuminated(&model, Method::Inverse)?));
+    println!("rays       {:.2} lx", mean(&illuminated(&model, RAYS)?));
     Ok(())
 }
 
@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn rays_and_quadrature_agree_and_follow_the_law_of_distance() {
         let model = Model::load(concat!(env!("CARGO_MANIFEST_DIR"), "/hidden-effect/model.toml").into()).unwrap();
-        let map = lit(&model, Method::Inverse).unwrap();
+        let map = illuminated(&model, Method::Inverse).unwrap();
         // The middle pixel of 1 mm begins on the axis.
         let axis_lx = model.luminaire().grid().intensity_cd_at(0.0, 0.0) / 0.5_f64.powi(2);
         let middle_lx = f64::from(map.map[12 * 24 + 12]);
@@ -62,7 +62,7 @@ mod tests {
             "{middle_lx} lx, {axis_lx} lx on the axis"
         );
 
-        let counted = lit(&model, RAYS).unwrap();
+        let counted = illuminated(&model, RAYS).unwrap();
         let rays = counted.counts.as_ref().unwrap().on_sensor();
         let sigma_rel = (rays as f64).sqrt().recip();
         let apart = mean(&counted) / mean(&map) - 1.0;

@@ -66,7 +66,7 @@ async function warmsUp(browser) {
   await page.click("#start-virtual");
   await state(page, "Warming up");
   await page.waitForFunction(() => /left$/.test(document.getElementById("warm-left").textContent), null, { timeout: PATIENCE });
-  assert.deepEqual(await headings(page), ["The lamp warms up", "Gates and readings", "Directions (C, γ)", "Journal"]);
+  assert.deepEqual(await headings(page), ["The lamp warms up", "Checks and readings", "Directions (C, γ)", "Journal"]);
   assert.match(await page.locator("#warm-on-text").textContent(), /of at least 30 min 00 s/);
   assert.match(await page.locator("#warm-steady-text").textContent(), /0\.50 % of change in 15 min 00 s/);
   await page.waitForSelector("#warming canvas");
@@ -156,7 +156,7 @@ await inBrowser(async (browser) => {
   assert.ok(await page.isHidden("#warm-panel") && await page.isVisible("#lamp-panel"), "the warm-up is over");
   assert.ok(!(await headings(page)).includes("Last spectrum"), "a card without content is not shown");
   await atLeast(page, 40);
-  await page.waitForFunction(() => document.querySelector("#gates [data-gate=open]") !== null);
+  await page.waitForFunction(() => document.querySelector("#checks [data-check=open]") !== null);
   assert.match(await page.locator("#lux").textContent(), /lx/);
   assert.match(await page.locator("#time-left").textContent(), /min|s|h/);
   step("it is paused: axes at rest, lamp on, no point more");

@@ -130,7 +130,7 @@ await inBrowser(async (browser) => {
   const times = await page.evaluate(async () => {
     const ask = async (distance) => {
       const began = performance.now();
-      const answer = await fetch("/api/study", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ study: "lit", asked: { distance_mm: distance } }) });
+      const answer = await fetch("/api/study", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ study: "illuminated", requested: { distance_mm: distance } }) });
       await answer.json();
       return performance.now() - began;
     };

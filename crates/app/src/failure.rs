@@ -7,7 +7,8 @@ use isolux_report::sensor::ViewError;
 /// Why a use case ended without its result; each kind is one documented exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FailureKind {
-    /// The answer is "no": a gate failed, a file has a finding of level error, a discrepancy stays unexplained. Exit 1.
+    /// The answer is "no": a check failed, a file has a finding of level error, a discrepancy stays unexplained. Exit
+    /// 1.
     No,
     /// Bad usage or bad input; nothing was written. Exit 2.
     BadInput,

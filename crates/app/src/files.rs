@@ -21,7 +21,7 @@ pub enum Overwrite {
 impl Overwrite {
     /// What the flag `--force` asks for.
     #[must_use]
-    pub const fn asked(force: bool) -> Self {
+    pub const fn requested(force: bool) -> Self {
         if force { Self::Force } else { Self::Never }
     }
 }

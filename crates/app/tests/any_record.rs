@@ -23,7 +23,7 @@ fn record(folder: &Utf8Path, rows: Vec<Reading>) {
 fn any_record_is_shown() {
     let keep = tempfile::tempdir().unwrap();
     let folder = Utf8Path::from_path(keep.path()).unwrap();
-    let (mut drawn, mut reduced, mut lit) = (0, 0, 0);
+    let (mut drawn, mut reduced, mut illuminated) = (0, 0, 0);
     for round in 0..CHANGES + 12 {
         let mut random = Random(round);
         let (changes, rows) = isolux_any_record::rows(round, &mut random);
@@ -46,7 +46,7 @@ fn any_record_is_shown() {
             }
             Err(failure) => assert!(failure.message.contains(path.as_str()), "{changes:?}: {failure}"),
         }
-        lit += u32::from(sensor_so_far(&path).is_ok_and(|sensor| sensor.is_some()));
+        illuminated += u32::from(sensor_so_far(&path).is_ok_and(|sensor| sensor.is_some()));
     }
-    assert!(drawn > 15 && reduced > 10, "{drawn} {reduced} {lit}");
+    assert!(drawn > 15 && reduced > 10, "{drawn} {reduced} {illuminated}");
 }

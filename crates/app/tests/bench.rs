@@ -5,7 +5,7 @@ use std::time::Duration;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
@@ -57,7 +57,7 @@ fn scan_in(
     cancel_s: Option<f64>,
 ) -> Result<scan::ScanSummary, isolux_app::Failure> {
     let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
-    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
+    let source = StationFiles::from_text(&station, calibration.as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     session::run(true, async {
         let session = Session::in_room(isolux_darkroom::Darkroom::parse(darkroom).unwrap(), &Choice::default())?;

@@ -5,7 +5,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::init;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{Place, ScanJob, Target};
@@ -44,15 +44,20 @@ repeats = 2
 /// Scans the plan with the twins of `choice`, as a station that names their drivers asks for.
 fn scan_with(choice: &Choice) -> Run {
     let (station, calibration) = init::virtual_station(choice).unwrap();
-    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
+    let source = StationFiles::from_text(&station, calibration.as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     let keep = tempfile::tempdir().unwrap();
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let summary = session::run(true, async {
         let session = Session::of(&source.station, Utf8Path::new("station.toml"), &Silent)?;
         for instrument in choice.instruments() {
-            let (asked, played) = (choice.twin(instrument), session.room.as_ref().unwrap().twin(instrument));
-            assert_eq!(asked.unwrap().driver, played.unwrap().driver, "{}", instrument.name());
+            let (requested, played) = (choice.twin(instrument), session.room.as_ref().unwrap().twin(instrument));
+            assert_eq!(
+                requested.unwrap().driver,
+                played.unwrap().driver,
+                "{}",
+                instrument.name()
+            );
         }
         let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;

@@ -28,12 +28,12 @@ fn read(driver: &str, edit: fn(String) -> String) -> (Result<Reading, isolux_app
             choice.choose(Instrument::Spectroradiometer, &driver).unwrap();
             let document = Darkroom::default();
             let room = VirtualRoom::open_with(document.clone(), &choice);
-            let lit = Switches {
+            let illuminated = Switches {
                 lamp: true,
                 shutter_open: true,
                 baffle_in: false,
             };
-            room.with_world(|world, now_s| world.set_switches(lit, now_s));
+            room.with_world(|world, now_s| world.set_switches(illuminated, now_s));
             let instruments: Vec<_> = room.instruments().collect();
             let (outlets, _serving) = offer(&room, &instruments, Offer::Tcp { port: 0 }).await.unwrap();
             std::fs::write(&file, edit(station(&document, &outlets))).unwrap();

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use camino::Utf8Path;
 use isolux_app::front_end::control::Control;
-use isolux_app::front_end::live::{Event as ScanEvent, Left, Live, Outline};
+use isolux_app::front_end::live::{Event as ScanEvent, Live, Outline, Remaining};
 use isolux_app::front_end::progress::{Event, Progress};
 use isolux_app::init;
 use isolux_app::run::replay::Replay;
@@ -87,7 +87,7 @@ fn a_record_shows_what_was_shown_live() {
             if matches!(live.logged.event, ScanEvent::Reading(_) | ScanEvent::Spectrum { .. }) {
                 live.logged.time_utc.clear();
             }
-            live.left = live.left.take().map(|left| Left {
+            live.left = live.left.take().map(|left| Remaining {
                 left_s: 0.0,
                 ends_utc: String::new(),
                 ..left

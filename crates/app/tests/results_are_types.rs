@@ -18,8 +18,8 @@ use serde::de::DeserializeOwned;
 fn same<T: Serialize + DeserializeOwned>(file: &Utf8Path) {
     let text = std::fs::read_to_string(file).unwrap();
     let read: T = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{file}: {error}"));
-    let said: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(serde_json::to_value(&read).unwrap(), said, "{file}");
+    let stated: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(serde_json::to_value(&read).unwrap(), stated, "{file}");
 }
 
 #[test]

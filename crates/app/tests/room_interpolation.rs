@@ -32,10 +32,10 @@ fn plan() -> Plan {
 /// the largest, after the factor that all have alike: calibration and distance.
 fn rms_rel(model: &Model, room: &Room, at: impl Iterator<Item = (f64, f64)>) -> f64 {
     let least_cd = 0.1 * room.intensity_cd(0.0, 0.0);
-    let lit: Vec<(f64, f64)> = at
+    let illuminated: Vec<(f64, f64)> = at
         .filter(|(c, gamma)| room.intensity_cd(*c, *gamma) > least_cd)
         .collect();
-    let readings: Vec<ReadingCoordinates> = lit
+    let readings: Vec<ReadingCoordinates> = illuminated
         .iter()
         .map(|(c_deg, gamma_deg)| ReadingCoordinates {
             kind: ReadingKind::Lit,
@@ -50,7 +50,7 @@ fn rms_rel(model: &Model, room: &Room, at: impl Iterator<Item = (f64, f64)>) -> 
         })
         .collect();
     let predicted_lx = model.predict_readings(&readings);
-    let logarithms: Vec<f64> = lit
+    let logarithms: Vec<f64> = illuminated
         .iter()
         .zip(predicted_lx)
         .map(|((c, gamma), lx)| (lx / room.intensity_cd(*c, *gamma)).ln())

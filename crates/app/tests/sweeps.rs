@@ -7,7 +7,7 @@ use std::time::Duration;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
@@ -33,13 +33,15 @@ fn table() -> String {
     text
 }
 
-/// A room with that lamp, without flaws but those of `more`.
+/// A room with that lamp, without injected effects but those of `more`.
 fn room(more: &str) -> Darkroom {
-    let (before, flaws) = more.split_once("[flaws]\n").unwrap_or((more, ""));
-    let text =
-        format!("[lamp]\ntable = \"lamp.csv\"\nluminous_diameter_mm = 60.0\n{before}\n[flaws]\nonly = true\n{flaws}");
+    let (before, injected_effects) = more.split_once("[injected_effects]\n").unwrap_or((more, ""));
+    let text = format!(
+        "[lamp]\ntable = \"lamp.csv\"\nluminous_diameter_mm = 60.0\n{before}\n\
+         [injected_effects]\nonly = true\n{injected_effects}"
+    );
     Darkroom::complete(
-        isolux_record::document::Source {
+        isolux_record::document::SourceText {
             file: "darkroom.toml".into(),
             text: &text,
         },
@@ -74,7 +76,7 @@ fn scanned(
         .unwrap();
     let outlets = in_memory(&choice);
     let text = station(room, &outlets).replace("?a_per_lx=3e-10", "?a_per_lx=3e-10&integration_ms=100");
-    let source = Source::from_text(&text, calibration(&Room::new(room.clone()), &outlets).as_deref()).unwrap();
+    let source = StationFiles::from_text(&text, calibration(&Room::new(room.clone()), &outlets).as_deref()).unwrap();
     session::run(true, async {
         let session = Session::in_room(room.clone(), &choice)?;
         let control = Control::default();
@@ -140,7 +142,8 @@ fn judged(reduction: &Reduction, room: &Room) -> (f64, f64, usize) {
 #[test]
 fn in_motion_a_scan_finds_the_light_of_the_lamp_in_less_time() {
     let document = room(
-        "[luxmeter]\nlatency_s = 0.06\nlatency_jitter_s = 0.004\nlag_s = 0.02\n[flaws]\nbacklash = { width_deg = 0.2 }\n",
+        "[luxmeter]\nlatency_s = 0.06\nlatency_jitter_s = 0.004\nlag_s = 0.02\n\
+         [injected_effects]\nbacklash = { width_deg = 0.2 }\n",
     );
     let truth = Room::new(document.clone());
     let (_keep, moving) = folder();
@@ -164,15 +167,15 @@ fn in_motion_a_scan_finds_the_light_of_the_lamp_in_less_time() {
     let note = reduction.notes.iter().find(|note| note.contains("of delay")).unwrap();
     let words: Vec<&str> = note.split_whitespace().collect();
     // "49.4 ± 3.3 ms of delay", "0.200 ± 0.040° of play"
-    let said = |what: &str, back: usize| {
+    let stated = |what: &str, back: usize| {
         let at = words.iter().position(|word| *word == what).unwrap();
         let number = |place: usize| words[place].trim_end_matches('°').parse::<f64>().unwrap();
         (number(at - back), number(at - back + 2))
     };
     // The latency, and 9 bytes of a request at 9600 baud; the lag looks back.
-    let (delay_ms, u_ms) = said("delay", 5);
+    let (delay_ms, u_ms) = stated("delay", 5);
     assert!((delay_ms - (60.0 + 9.4 - 20.0)).abs() < u_ms && u_ms < 4.0, "{note}");
-    let (play_deg, u_deg) = said("play", 4);
+    let (play_deg, u_deg) = stated("play", 4);
     assert!((play_deg - 0.2).abs() < u_deg && u_deg < 0.06, "{note}");
 
     let (_keep, resting) = folder();
@@ -198,7 +201,7 @@ fn checked(reduction: &Reduction) -> &str {
 #[test]
 fn where_ten_directions_at_rest_say_something_else_the_scan_is_refused() {
     // A lag of 0.3 s blurs by 3° at 10 °/s: both directions alike, so that no sweep shows it.
-    let document = room("[luxmeter]\nlag_s = 0.3\n[flaws]\n");
+    let document = room("[luxmeter]\nlag_s = 0.3\n[injected_effects]\n");
     let (_keep, path) = folder();
     scanned(&document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
     let run = Run::read(&path).unwrap();
@@ -230,7 +233,7 @@ fn where_ten_directions_at_rest_say_something_else_the_scan_is_refused() {
 fn a_torn_sweep_is_kept_as_evidence_and_made_again() {
     // The meter falls silent for eight seconds in the third sweep.
     let fault = "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"silent\"\nat_s = 1950.0\nfor_s = 8.0\n";
-    let document = room(&format!("{fault}[flaws]\n"));
+    let document = room(&format!("{fault}[injected_effects]\n"));
     let (_keep, path) = folder();
     let summary = scanned(&document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
     assert!(summary.visits_again >= 1, "{summary:?}");
@@ -272,7 +275,7 @@ fn with_one_answer_in_a_hundred(kind: &str) {
         "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"{kind}\"\nat_s = 1900.0\nfor_s = 9000.0\nprobability = 0.01\n\
          delay_s = {delay_s}\n"
     );
-    let document = room(&format!("{fault}[flaws]\n"));
+    let document = room(&format!("{fault}[injected_effects]\n"));
     let (_keep, path) = folder();
     scanned(&document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
     let reduction = reduced(&path);
@@ -322,7 +325,7 @@ fn where_no_answer_comes_the_scan_ends_with_its_gaps_named() {
     // Five in a hundred: twelve further sweeps are not enough.
     let fault =
         "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"silent\"\nat_s = 1900.0\nfor_s = 9000.0\nprobability = 0.05\n";
-    let document = room(&format!("{fault}[flaws]\n"));
+    let document = room(&format!("{fault}[injected_effects]\n"));
     let (_keep, path) = folder();
     let failure = scanned(&document, &plan(IN_MOTION), Target::New(&path), None)
         .map(drop)

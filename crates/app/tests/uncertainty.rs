@@ -74,21 +74,21 @@ fn room(draws: &mut Draws, seed: u64) -> Room {
     document.lamp.flux_lm = draws.between(300.0, 900.0);
     // The certificate's uncertainty, and the ruler's.
     document.luxmeter.gain_error_rel = draws.normal(0.004);
-    document.flaws.distance_offset.offset_mm = draws.normal(2.0);
-    document.flaws.gamma_zero.offset_deg = draws.normal(0.15);
-    document.flaws.lamp_warmup.amplitude_rel = draws.between(0.0, 0.06);
-    document.flaws.lamp_warmup.time_constant_s = draws.between(200.0, 700.0);
-    document.flaws.lamp_drift.rate_per_h = draws.between(-0.003, 0.003);
-    document.flaws.ambient_stray.illuminance_lx = draws.between(0.0, 0.03);
-    document.flaws.dark_offset.offset_lx = draws.between(-0.03, 0.03);
-    document.flaws.floor_reflection.albedo = draws.between(0.0, 0.12);
-    document.flaws.floor_reflection.height_mm = draws.between(900.0, 1500.0);
+    document.injected_effects.distance_offset.offset_mm = draws.normal(2.0);
+    document.injected_effects.gamma_zero.offset_deg = draws.normal(0.15);
+    document.injected_effects.lamp_warmup.amplitude_rel = draws.between(0.0, 0.06);
+    document.injected_effects.lamp_warmup.time_constant_s = draws.between(200.0, 700.0);
+    document.injected_effects.lamp_drift.rate_per_h = draws.between(-0.003, 0.003);
+    document.injected_effects.ambient_stray.illuminance_lx = draws.between(0.0, 0.03);
+    document.injected_effects.dark_offset.offset_lx = draws.between(-0.03, 0.03);
+    document.injected_effects.floor_reflection.albedo = draws.between(0.0, 0.12);
+    document.injected_effects.floor_reflection.height_mm = draws.between(900.0, 1500.0);
     Room::new(document)
 }
 
 /// When the lamp has met the criterion of EN 13032-4.
 fn stable_s(room: &Room) -> f64 {
-    let output = |time| relative_output(&room.document().flaws, time, 0.5);
+    let output = |time| relative_output(&room.document().injected_effects, time, 0.5);
     (0..1000)
         .map(|n| 1800.0 + 60.0 * f64::from(n))
         .find(|&time| (output(time) / output(time - 900.0) - 1.0).abs() < 0.005)
@@ -110,10 +110,13 @@ fn observation(kind: Kind, time_s: f64, c_deg: f64, gamma_deg: f64, distance_mm:
 
 /// The bounds that an operator states, each somewhere above what there is.
 fn station(draws: &mut Draws, room: &Room, distance_mm: f64) -> Station {
-    let flaws = &room.document().flaws;
+    let injected_effects = &room.document().injected_effects;
     let mut bench = String::new();
     if draws.chance(0.5) {
-        bench.push_str(&format!("floor_mm = {:.1}\n", flaws.floor_reflection.height_mm));
+        bench.push_str(&format!(
+            "floor_mm = {:.1}\n",
+            injected_effects.floor_reflection.height_mm
+        ));
     }
     if draws.chance(0.6) {
         let at = |kind, gamma| observation(kind, 1e6, 0.0, gamma, distance_mm);
@@ -204,7 +207,7 @@ fn day(number: u64) -> Day {
     }
     let plan = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap();
     let (rows, middle_s) = read(&room, &plan, distance_mm);
-    let output = relative_output(&room.document().flaws, middle_s, 0.5);
+    let output = relative_output(&room.document().injected_effects, middle_s, 0.5);
     let peak = (0..24)
         .flat_map(|c| (0..90).map(move |gamma| (15.0 * f64::from(c), 0.5 * f64::from(gamma))))
         .map(|(c, gamma)| room.intensity_cd(c, gamma))
@@ -414,7 +417,7 @@ fn where_a_number_carries_plus_minus_the_truth_lies_within_two_of_it() {
                 println!("{words}: refused, {findings:?}");
                 refused += 1;
             }
-            Err(error) => panic!("{words}, {:?}: {error}", day.room.document().flaws),
+            Err(error) => panic!("{words}, {:?}: {error}", day.room.document().injected_effects),
         }
     }
     println!("{refused} of {days} days refused");

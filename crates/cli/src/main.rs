@@ -38,7 +38,7 @@ fn main() -> ExitCode {
         .and_then(|matches| Arguments::from_arg_matches(&matches));
     let arguments = match parsed {
         Ok(arguments) => arguments,
-        Err(told) => return explained(&told),
+        Err(described) => return explained(&described),
     };
     signals::otherwise(|name| {
         let message = format!("interrupted ({name}); every file that was written is complete");
@@ -65,11 +65,11 @@ fn main() -> ExitCode {
 }
 
 /// Help, version, or what is wrong with the command line.
-fn explained(told: &clap::Error) -> ExitCode {
+fn explained(described: &clap::Error) -> ExitCode {
     // The codes of clap are 0 and 2.
-    let code = u8::try_from(told.exit_code()).unwrap_or(2);
-    match told.print() {
-        Err(error) if !told.use_stderr() => {
+    let code = u8::try_from(described.exit_code()).unwrap_or(2);
+    match described.print() {
+        Err(error) if !described.use_stderr() => {
             let failure = screen::unwritten(&error);
             screen::report_failure(&failure);
             ExitCode::from(failure.kind.exit_code())

@@ -15,27 +15,27 @@ type Question = Mutex<Option<Sender<String>>>;
 pub struct Terminal {
     control: Control,
     /// None: nobody is at standard input.
-    asked: Option<Arc<Question>>,
+    requested: Option<Arc<Question>>,
 }
 
 impl Terminal {
     /// The terminal at standard input, if there is one; from now on its lines are read here alone.
     pub fn of_stdin() -> Self {
         let mut control = Control::default();
-        let asked: Option<Arc<Question>> = std::io::stdin().is_terminal().then(Arc::default);
-        if let Some(asked) = asked.clone() {
+        let requested: Option<Arc<Question>> = std::io::stdin().is_terminal().then(Arc::default);
+        if let Some(requested) = requested.clone() {
             control.pace = Pace::Attended;
             let pause = control.pause.clone();
             // Ends with the program: a read of the terminal cannot be broken off.
-            std::thread::spawn(move || read(&asked, &pause));
+            std::thread::spawn(move || read(&requested, &pause));
         }
-        Self { control, asked }
+        Self { control, requested }
     }
 
     /// The person who answers questions, if there is one.
     pub fn operator(&self) -> Option<ByFunction> {
-        let asked = self.asked.clone()?;
-        Some(ByFunction::new(move |prompt| ask(prompt, &asked)))
+        let requested = self.requested.clone()?;
+        Some(ByFunction::new(move |prompt| ask(prompt, &requested)))
     }
 
     /// What a scan listens to: `p` pauses and goes on.
@@ -48,18 +48,18 @@ impl Terminal {
     /// # Errors
     /// Why there is none.
     pub fn line(&self, words: &str) -> Result<String, String> {
-        match &self.asked {
-            Some(asked) => line(words, asked),
+        match &self.requested {
+            Some(requested) => line(words, requested),
             None => Err("nobody is at the terminal".to_owned()),
         }
     }
 }
 
 /// Reads lines for ever.
-fn read(asked: &Question, pause: &Pause) {
+fn read(requested: &Question, pause: &Pause) {
     for line in std::io::stdin().lock().lines() {
         let Ok(line) = line else { break };
-        let open = asked.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let open = requested.lock().unwrap_or_else(PoisonError::into_inner).take();
         match open {
             // Whoever asked may have been interrupted meanwhile.
             Some(answer) => drop(answer.send(line)),
@@ -67,11 +67,11 @@ fn read(asked: &Question, pause: &Pause) {
         }
     }
     // Whoever waits for an answer must not wait for ever.
-    *asked.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    *requested.lock().unwrap_or_else(PoisonError::into_inner) = None;
 }
 
 fn command(line: &str, pause: &Pause) {
-    let said = match line {
+    let stated = match line {
         "p" | "P" if pause.toggle("the terminal") => {
             "pause: after the point that is being read; the axes are stopped, the lamp stays on. `p` and Enter goes on"
         }
@@ -79,20 +79,20 @@ fn command(line: &str, pause: &Pause) {
         "" => return,
         _ => "`p` and Enter pauses and goes on, Ctrl-C ends the scan",
     };
-    let _ = writeln!(std::io::stderr().lock(), "{:>12}  {said}", "note");
+    let _ = writeln!(std::io::stderr().lock(), "{:>12}  {stated}", "note");
 }
 
-fn ask(prompt: &str, asked: &Question) -> Result<String, String> {
-    let answer = line(&format!("\n{prompt}\nDone? Your name (empty: not done): "), asked)?;
+fn ask(prompt: &str, requested: &Question) -> Result<String, String> {
+    let answer = line(&format!("\n{prompt}\nDone? Your name (empty: not done): "), requested)?;
     match answer.trim() {
         "" => Err("the answer was empty".to_owned()),
         who => Ok(who.to_owned()),
     }
 }
 
-fn line(words: &str, asked: &Question) -> Result<String, String> {
+fn line(words: &str, requested: &Question) -> Result<String, String> {
     let (answer, wait) = channel();
-    *asked.lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
+    *requested.lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
     let mut stderr = std::io::stderr().lock();
     let _ = stderr.write_all(words.as_bytes());
     let _ = stderr.flush();
@@ -109,15 +109,15 @@ mod tests {
         let pause = Pause::new();
         for (line, paused) in [("", false), ("x", false), ("p", true), ("pp", true), ("P", false)] {
             command(line, &pause);
-            assert_eq!(pause.asked().is_some(), paused, "`{line}`");
+            assert_eq!(pause.requested().is_some(), paused, "`{line}`");
         }
     }
 
     #[test]
     fn a_line_is_the_answer_to_the_open_question() {
-        let asked: Arc<Question> = Arc::default();
+        let requested: Arc<Question> = Arc::default();
         for (line, expected) in [(" Ada ", Ok("Ada")), ("", Err("the answer was empty"))] {
-            let lines = asked.clone();
+            let lines = requested.clone();
             let reader = std::thread::spawn(move || {
                 loop {
                     if let Some(answer) = lines.lock().unwrap().take() {
@@ -126,7 +126,7 @@ mod tests {
                     std::thread::yield_now();
                 }
             });
-            let answer = ask("cap the detector", &asked);
+            let answer = ask("cap the detector", &requested);
             assert_eq!(answer.as_deref().map_err(String::as_str), expected);
             reader.join().unwrap();
         }

@@ -119,11 +119,11 @@ fn signals_end_it_cleanly_at_any_moment() {
         wait_for_rows(&folder, after);
         signal(&child, name);
         let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(130), "{said}");
+        let stated = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(130), "{stated}");
         assert!(
-            said.contains(&format!("SIG{name}")) && said.contains("--resume"),
-            "{said}"
+            stated.contains(&format!("SIG{name}")) && stated.contains("--resume"),
+            "{stated}"
         );
         let header = std::fs::read_to_string(folder.join("run.toml")).unwrap();
         assert!(
@@ -179,10 +179,10 @@ fn bad_input_says_where_and_writes_nothing() {
         let text = std::fs::read_to_string(bench.folder.join(file)).unwrap();
         bench.change(file, from, to);
         let output = bench.scan("--out", "run").wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
+        let stated = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{stated}");
         for word in words {
-            assert!(said.contains(word), "`{word}` is not in: {said}");
+            assert!(stated.contains(word), "`{word}` is not in: {stated}");
         }
         assert!(!bench.folder.join("run").exists(), "nothing is written");
         std::fs::write(bench.folder.join(file), text).unwrap();
@@ -236,7 +236,7 @@ fn bad_input_says_where_and_writes_nothing() {
 fn by_hand_and_dry() {
     let bench = Bench::new();
     let station = bench.path("station.toml");
-    let said = |arguments: &[&str]| {
+    let stated = |arguments: &[&str]| {
         let output = answer(arguments);
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(
@@ -246,13 +246,13 @@ fn by_hand_and_dry() {
         );
         serde_json::from_str::<serde_json::Value>(&text).unwrap()
     };
-    let plan = said(&["plan", &station, &bench.path("plan.toml"), "--json"]);
+    let plan = stated(&["plan", &station, &bench.path("plan.toml"), "--json"]);
     assert_eq!((&plan["points"], &plan["references"]), (&2297.into(), &26.into()));
     assert!(
         plan["distances"]["best_mm"].is_number() && plan["distances"]["best_mm"] == plan["blocks"][0]["distance_mm"],
         "the day is at the distance that is proposed: {plan}"
     );
-    let check = said(&["check", &station, "--json", "--record", &bench.path("trace.txt")]);
+    let check = stated(&["check", &station, "--json", "--record", &bench.path("trace.txt")]);
     assert!(
         check["instruments"]
             .as_array()
@@ -262,16 +262,16 @@ fn by_hand_and_dry() {
         "{check}"
     );
     assert!(std::fs::metadata(bench.folder.join("trace.txt")).unwrap().len() > 1000);
-    assert_eq!(said(&["home", &station, "--json"])["c_deg"], 0.0);
+    assert_eq!(stated(&["home", &station, "--json"])["c_deg"], 0.0);
     assert_eq!(
-        said(&["read", &station, "--count", "3", "--json"])
+        stated(&["read", &station, "--count", "3", "--json"])
             .as_array()
             .unwrap()
             .len(),
         3
     );
-    assert!(said(&["stop", &station, "--json"])["gamma_deg"].is_number());
-    assert!(said(&["warmup", &station, "--json"])["elapsed_s"].as_f64().unwrap() >= 1800.0);
+    assert!(stated(&["stop", &station, "--json"])["gamma_deg"].is_number());
+    assert!(stated(&["warmup", &station, "--json"])["elapsed_s"].as_f64().unwrap() >= 1800.0);
     let outside = answer(&["move", &station, "--c", "400"]);
     assert_eq!(outside.status.code(), Some(2));
     // The twins of each command are fresh: nobody has homed them.
@@ -283,14 +283,14 @@ fn by_hand_and_dry() {
 fn outputs_and_the_rail_are_moved_by_hand() {
     let bench = Bench::new();
     let station = bench.path("station.toml");
-    let said = |arguments: &[&str]| -> (Option<i32>, String) {
+    let stated = |arguments: &[&str]| -> (Option<i32>, String) {
         let out = answer(arguments);
         let text = [out.stdout, out.stderr]
             .map(|bytes| String::from_utf8(bytes).unwrap())
             .concat();
         (out.status.code(), text)
     };
-    let (code, text) = said(&[
+    let (code, text) = stated(&[
         "switch",
         &station,
         "--lamp",
@@ -304,11 +304,11 @@ fn outputs_and_the_rail_are_moved_by_hand() {
         (code, text.trim()),
         (Some(0), "lamp on, shutter open, baffle in the beam")
     );
-    let (code, text) = said(&["switch", &station, "--shutter", "closed", "--json"]);
+    let (code, text) = stated(&["switch", &station, "--shutter", "closed", "--json"]);
     assert_eq!((code, text.trim()), (Some(0), "{\"shutter\":false}"));
-    let (code, text) = said(&["move", &station, "--distance-mm", "3700"]);
+    let (code, text) = stated(&["move", &station, "--distance-mm", "3700"]);
     assert!(code == Some(0) && text.contains("detector at 3700.00 mm"), "{text}");
-    let (code, text) = said(&["move", &station, "--distance-mm", "50"]);
+    let (code, text) = stated(&["move", &station, "--distance-mm", "50"]);
     assert!(
         code == Some(2) && text.contains("100 mm…12000 mm") && text.contains("nothing was moved"),
         "{text}"
@@ -318,12 +318,12 @@ fn outputs_and_the_rail_are_moved_by_hand() {
         "[lamp]\nopen = \"zaber:memory:axes?do=1\"",
         "[lamp]\nprompt = \"turn the knob\"",
     );
-    let (code, text) = said(&["switch", &station, "--lamp", "off"]);
+    let (code, text) = stated(&["switch", &station, "--lamp", "off"]);
     assert!(
         code == Some(2) && text.contains("left to a person: turn the knob"),
         "{text}"
     );
-    assert_eq!(said(&["switch", &station]).0, Some(2), "something has to be named");
+    assert_eq!(stated(&["switch", &station]).0, Some(2), "something has to be named");
 }
 
 /// Twins as a process over TCP for the lux meter, twins of this process for the rest: in real time.

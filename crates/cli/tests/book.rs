@@ -93,8 +93,8 @@ impl Reader<'_> {
             [program, arguments @ .., "&"] if program.ends_with("isolux") => {
                 self.commands += 1;
                 let mut child = self.folder.start(arguments);
-                let said = BufReader::new(child.stdout.take().unwrap());
-                let mut beside = Beside { child, said };
+                let stated = BufReader::new(child.stdout.take().unwrap());
+                let mut beside = Beside { child, stated };
                 let lines: Vec<String> =
                     (answer.lines().filter(|line| !line.is_empty()).map(|_| beside.line())).collect();
                 self.compare(command, answer, &lines.join("\n"));
@@ -104,7 +104,7 @@ impl Reader<'_> {
                 self.commands += 1;
                 let mut command_line = self.folder.command(arguments);
                 let output = command_line.current_dir(self.folder.path(&self.at)).output().unwrap();
-                let said = [output.stderr, output.stdout]
+                let stated = [output.stderr, output.stdout]
                     .map(|bytes| String::from_utf8(bytes).unwrap())
                     .concat();
                 let (answer, exit) = match answer
@@ -115,8 +115,8 @@ impl Reader<'_> {
                     Some((answer, exit)) => (answer, exit.parse().unwrap()),
                     None => (answer, 0),
                 };
-                assert_eq!(output.status.code(), Some(exit), "{}: {command}\n{said}", self.page);
-                self.compare(command, answer, &said);
+                assert_eq!(output.status.code(), Some(exit), "{}: {command}\n{stated}", self.page);
+                self.compare(command, answer, &stated);
             }
             // What a reader of the README builds, the tests have built already.
             ["cargo", ..] => {}
@@ -124,15 +124,15 @@ impl Reader<'_> {
         }
     }
 
-    fn compare(&self, command: &str, answer: &str, said: &str) {
+    fn compare(&self, command: &str, answer: &str, stated: &str) {
         let shown: Vec<&str> = answer.lines().filter(|line| !line.is_empty()).collect();
-        let lines: Vec<&str> = said.lines().filter(|line| !line.is_empty()).collect();
+        let lines: Vec<&str> = stated.lines().filter(|line| !line.is_empty()).collect();
         assert!(
             agree(&shown, &lines, "…", &|shown, line| {
                 let [shown, line] = [shown, line].map(|text| text.split_whitespace().collect::<Vec<_>>());
                 agree(&shown, &line, "…", &same_word)
             }),
-            "{}: {command}\nthe page shows\n{answer}\nthe program says\n{said}",
+            "{}: {command}\nthe page shows\n{answer}\nthe program says\n{stated}",
             self.page
         );
     }
@@ -141,13 +141,13 @@ impl Reader<'_> {
 /// A program that is killed with the page.
 struct Beside {
     child: Child,
-    said: BufReader<ChildStdout>,
+    stated: BufReader<ChildStdout>,
 }
 
 impl Beside {
     fn line(&mut self) -> String {
         let mut line = String::new();
-        self.said.read_line(&mut line).unwrap();
+        self.stated.read_line(&mut line).unwrap();
         line.trim_end().to_owned()
     }
 }
@@ -160,20 +160,20 @@ impl Drop for Beside {
 }
 
 /// Whether the shown pieces are the said ones, where `any` stands for any number of them.
-fn agree(shown: &[&str], said: &[&str], any: &str, same: &dyn Fn(&str, &str) -> bool) -> bool {
+fn agree(shown: &[&str], stated: &[&str], any: &str, same: &dyn Fn(&str, &str) -> bool) -> bool {
     match shown.split_first() {
-        None => said.is_empty(),
-        Some((first, rest)) if *first == any => (0..=said.len()).any(|from| agree(rest, &said[from..], any, same)),
-        Some((first, rest)) => said
+        None => stated.is_empty(),
+        Some((first, rest)) if *first == any => (0..=stated.len()).any(|from| agree(rest, &stated[from..], any, same)),
+        Some((first, rest)) => stated
             .split_first()
             .is_some_and(|(word, others)| same(first, word) && agree(rest, others, any, same)),
     }
 }
 
 /// Words are equal, but for what `…` stands for; numbers, with what stands about them, within 2 %.
-fn same_word(shown: &str, said: &str) -> bool {
+fn same_word(shown: &str, stated: &str) -> bool {
     if let Some((before, after)) = shown.split_once('…') {
-        return said.starts_with(before) && said.ends_with(after);
+        return stated.starts_with(before) && stated.ends_with(after);
     }
     let number = |word: &str| {
         let digits = word.trim_matches(|letter: char| !letter.is_ascii_digit() && letter != '-');
@@ -182,9 +182,9 @@ fn same_word(shown: &str, said: &str) -> bool {
             .ok()
             .map(|value| (value, word.replacen(digits, "", 1)))
     };
-    match (number(shown), number(said)) {
+    match (number(shown), number(stated)) {
         (Some((a, around_a)), Some((b, around_b))) => around_a == around_b && (a - b).abs() <= 0.02 * a.abs(),
-        _ => shown == said,
+        _ => shown == stated,
     }
 }
 

@@ -10,7 +10,7 @@ use std::ops::Deref;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use folder::{Folder, said};
+use folder::{Folder, stated};
 
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
@@ -32,7 +32,7 @@ gamma_deg = 0
 repeats = 10
 "#;
 /// A room in which nothing is wrong but what a test adds.
-const ROOM: &str = "format = \"isolux-darkroom/1\"\n[flaws]\nonly = true\n";
+const ROOM: &str = "format = \"isolux-darkroom/1\"\n[injected_effects]\nonly = true\n";
 /// Rows of the plan without the visits to the reference point.
 const POINTS: usize = 12 * 37 + 5 + 10;
 
@@ -80,7 +80,7 @@ impl Bench {
         }
         let kill = format!("kill -{signal} {}", child.id());
         assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-        said(child.wait_with_output().unwrap(), exit)
+        stated(child.wait_with_output().unwrap(), exit)
     }
 
     fn rows(&self, run: &str) -> usize {
@@ -88,17 +88,18 @@ impl Bench {
     }
 
     /// The lit readings by block, point and repeat, lx.
-    fn lit(&self, run: &str) -> BTreeMap<[String; 3], f64> {
+    fn illuminated(&self, run: &str) -> BTreeMap<[String; 3], f64> {
         let text = self.read(&format!("{run}/readings.csv"));
         let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let head = lines.next().unwrap();
         let column = |name: &str| head.iter().position(|it| *it == name).unwrap();
-        let lit = lines.filter(|row| row[column("role")] == "point" && row[column("kind")] == "lit");
-        lit.map(|row| {
-            let key = ["block", "point", "repeat"].map(|name| row[column(name)].to_owned());
-            (key, row[column("illuminance_lx")].parse().unwrap())
-        })
-        .collect()
+        let illuminated = lines.filter(|row| row[column("role")] == "point" && row[column("kind")] == "lit");
+        illuminated
+            .map(|row| {
+                let key = ["block", "point", "repeat"].map(|name| row[column(name)].to_owned());
+                (key, row[column("illuminance_lx")].parse().unwrap())
+            })
+            .collect()
     }
 
     /// How often each reading of the plan is in the run, and how many it has to be.
@@ -127,10 +128,10 @@ impl Bench {
     /// What a part of a distribution gives says that it is one, in every name and on every page, and has no
     /// uncertainty; nothing of it stands where whole results do.
     fn assert_partial(&self, run: &str) {
-        let told = self.isolux(&["reduce", run], 0);
+        let described = self.isolux(&["reduce", run], 0);
         assert!(
-            told.contains("no uncertainty") && told.contains("of 12 half-planes were measured"),
-            "{told}"
+            described.contains("no uncertainty") && described.contains("of 12 half-planes were measured"),
+            "{described}"
         );
         let results = self.path(run).join("results-partial");
         for entry in std::fs::read_dir(&results).unwrap() {
@@ -159,8 +160,8 @@ impl Bench {
 fn a_day_is_interrupted_in_the_scan_and_after_it_and_comes_to_its_end() {
     let bench = Bench::new();
     let day = ["run", "bench/job.toml", "--out", "day"];
-    let said = bench.broken_off(&day, "INT", Some(130), || bench.rows("day") > 40);
-    assert!(said.contains("isolux run bench/job.toml --resume day"), "{said}");
+    let stated = bench.broken_off(&day, "INT", Some(130), || bench.rows("day") > 40);
+    assert!(stated.contains("isolux run bench/job.toml --resume day"), "{stated}");
     bench.assert_stopped("day", "interrupted");
     let read = bench.rows("day");
     assert!(read < POINTS, "{read} readings: the scan was over");
@@ -205,8 +206,8 @@ fn an_instrument_that_fails_leaves_a_run_that_goes_on() {
             format!("[[fault]]\ninstrument = \"{instrument}\"\nkind = \"{kind}\"\nat_s = 2100.0\nfor_s = 20.0\n");
         let bench = Bench::with_fault(&fault);
         let scan = ["scan", "bench/station.toml", "bench/plan.toml"];
-        let said = bench.isolux(&[&scan[..], &["--out", "run"]].concat(), 3);
-        assert!(said.contains("--resume"), "{instrument} {kind}: {said}");
+        let stated = bench.isolux(&[&scan[..], &["--out", "run"]].concat(), 3);
+        assert!(stated.contains("--resume"), "{instrument} {kind}: {stated}");
         bench.assert_stopped("run", "failed");
         let read = bench.rows("run");
         assert!((20..POINTS).contains(&read), "{instrument} {kind}: {read} rows");
@@ -239,7 +240,7 @@ fn a_damaged_answer_is_asked_for_again() {
         let flux = &bench.json("run/results/budget.json")["flux"];
         let part = |name: &str| flux["parts"][name].as_f64().unwrap();
         let drawn = part("noise").hypot(part("drift")).hypot(part("smoothing"));
-        runs.push((bench.lit("run"), flux["value"].as_f64().unwrap(), drawn));
+        runs.push((bench.illuminated("run"), flux["value"].as_f64().unwrap(), drawn));
     }
     let (rows, flux, drawn) = &runs[0];
     for (others, other, other_drawn) in &runs[1..] {

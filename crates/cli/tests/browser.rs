@@ -99,7 +99,7 @@ fn a_run_is_reduced_lit_and_diagnosed_in_a_browser() {
     in_a_browser("study.mjs", |folder| {
         for (name, text) in [
             ("healthy", ROOM.to_owned()),
-            ("bench", ROOM.replace("seed = 7", "seed = 8") + FLAW),
+            ("bench", ROOM.replace("seed = 7", "seed = 8") + INJECTED),
         ] {
             std::fs::create_dir(folder.path(name)).unwrap();
             let (room, station) = (format!("{name}/darkroom.toml"), format!("{name}/station.toml"));
@@ -129,17 +129,17 @@ const ROOM: &str = r#"format = "isolux-darkroom/1"
 seed = 7
 [bench]
 distance_mm = 3600.0
-[flaws]
+[injected_effects]
 only = true
-[flaws.lamp_warmup]
+[injected_effects.lamp_warmup]
 amplitude_rel = 0.045
 time_constant_s = 420.0
-[flaws.ambient_stray]
+[injected_effects.ambient_stray]
 illuminance_lx = 0.1
 "#;
 
 /// What a scan in one direction cannot tell from a zero error of γ.
-const FLAW: &str = "[flaws.backlash]\nwidth_deg = 0.25\n";
+const INJECTED: &str = "[injected_effects.backlash]\nwidth_deg = 0.25\n";
 
 const REFERENCE: &str = r#"format = "isolux-plan/1"
 [[block]]

@@ -98,8 +98,8 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let answer = folder.json("day/results/diagnosis.json");
     assert_eq!(answer["independence"], "same_run");
     assert!(answer["noise"]["p_global"].is_null(), "{answer}");
-    // 8 half-planes × 37 γ made the distribution; what checks it is the closing half-plane, the visits and the dark and
-    // baffled readings.
+    // 8 half-planes × 37 γ made the distribution; what checks it is the closing half-plane, the visits and the dark
+    // and baffled readings.
     let notes = answer["notes"].as_array().unwrap();
     assert!(
         notes
@@ -145,10 +145,10 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
         "--out",
         "by-hand",
     ];
-    let said = folder.isolux(&one_step, 0);
+    let stated = folder.isolux(&one_step, 0);
     assert!(
-        said.contains("consistency   the model was made from these readings") && !said.contains("p = "),
-        "{said}"
+        stated.contains("consistency   the model was made from these readings") && !stated.contains("p = "),
+        "{stated}"
     );
     assert!(
         folder
@@ -158,11 +158,11 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let plan = folder.read("bench/plan.toml");
     folder.write("bench/other.toml", &plan.replace("[0, 180, 5]", "[0, 180, 10]"));
     folder.isolux(&["scan", "bench/station.toml", "bench/other.toml", "--out", "other"], 0);
-    let said = folder.isolux(
+    let stated = folder.isolux(
         &["diagnose", "day/results/luminaire.model.toml", "other", "--out", "test"],
         0,
     );
-    assert!(!said.contains("consistency") && said.contains("p = "), "{said}");
+    assert!(!stated.contains("consistency") && stated.contains("p = "), "{stated}");
     assert!(folder.json("test/diagnosis.json")["noise"]["p_global"].is_number());
     for file in RESULTS {
         let length = std::fs::metadata(day.join("results").join(file)).map_or(0, |about| about.len());
@@ -177,8 +177,8 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     );
     assert!((flux - 337.0).abs() < 2.0 * u && u < 0.03 * flux, "{flux} ± {u} lm");
     let inspect = ["inspect", "--json", "day/results/luminaire.ldt"];
-    let said: Value = serde_json::from_slice(&folder.command(&inspect).output().unwrap().stdout).unwrap();
-    let in_file = said["quantities"]["flux_lm"].as_f64().unwrap();
+    let stated: Value = serde_json::from_slice(&folder.command(&inspect).output().unwrap().stdout).unwrap();
+    let in_file = stated["quantities"]["flux_lm"].as_f64().unwrap();
     assert!((in_file - flux).abs() < u, "{in_file} lm in the file, {flux} ± {u} lm");
 
     // LED rings in place of an even disc of their diameter: 0.1 % on the axis, of 0.5 % that is stated for it.
@@ -198,7 +198,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let mut lines = table.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| head.iter().position(|it| *it == name).unwrap();
-    let (kind, read, u, said) = (
+    let (kind, read, u, stated) = (
         column("kind"),
         column("illuminance_lx"),
         column("u_lx"),
@@ -211,7 +211,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
             .filter(|row| row[kind] == wanted)
             .map(|row| {
                 let number = |at: usize| row[at].parse::<f64>().unwrap();
-                ((number(read) - number(said)) / number(u)).powi(2)
+                ((number(read) - number(stated)) / number(u)).powi(2)
             })
             .collect();
         let rms = (z2.iter().sum::<f64>() / z2.len() as f64).sqrt();
@@ -231,10 +231,10 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     std::fs::remove_dir_all(day.join("results/diagnosis")).unwrap();
     folder.write("day/results/diagnosis", "a file where its folder should be");
     std::fs::remove_file(day.join("results/report.html")).unwrap();
-    let said = folder.isolux(&["run", "--resume", "day"], 0);
+    let stated = folder.isolux(&["run", "--resume", "day"], 0);
     assert!(
-        said.contains("the diagnosis failed, and the report is made without it"),
-        "{said}"
+        stated.contains("the diagnosis failed, and the report is made without it"),
+        "{stated}"
     );
     let page = folder.read("day/results/report.html");
     assert!(
@@ -266,18 +266,18 @@ fn one_seed_gives_one_day() {
 }
 
 /// The flux that `reduce` said, as it stands in the report.
-fn flux(said: &str) -> String {
-    let line = said.lines().find_map(|line| line.strip_prefix("flux "));
-    line.unwrap_or_else(|| panic!("no flux in {said}")).to_owned()
+fn flux(stated: &str) -> String {
+    let line = stated.lines().find_map(|line| line.strip_prefix("flux "));
+    line.unwrap_or_else(|| panic!("no flux in {stated}")).to_owned()
 }
 
 #[test]
 fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     let folder = job();
     let scene = folder.read("bench/scene.toml");
-    let asked = scene.replace("distance_mm = 500.0", "distance_mm = 1000.0");
-    assert_ne!(scene, asked);
-    folder.write("bench/scene.toml", &asked);
+    let requested = scene.replace("distance_mm = 500.0", "distance_mm = 1000.0");
+    assert_ne!(scene, requested);
+    folder.write("bench/scene.toml", &requested);
     folder.isolux(&["run", "bench/job.toml", "--out", "day"], 0);
     let result = folder.read("day/results/result.json");
 
@@ -293,8 +293,8 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     assert!(page.contains(&format!("{uniformity:.5}")), "{uniformity}");
     // The same on paper: the same bytes from the same record; without a name beside the page, where it is not replaced.
     folder.isolux(&["report", "day", "--pdf", "--out", "a.pdf"], 0);
-    let said = folder.isolux(&["report", "day", "--pdf"], 0);
-    assert!(said.contains("day/results/report.pdf"), "{said}");
+    let stated = folder.isolux(&["report", "day", "--pdf"], 0);
+    assert!(stated.contains("day/results/report.pdf"), "{stated}");
     let refused = folder.isolux(&["report", "day", "--pdf"], 2);
     assert!(refused.contains("--force"), "{refused}");
     let [paper, again] = ["a.pdf", "day/results/report.pdf"].map(|name| std::fs::read(folder.path(name)).unwrap());
@@ -311,8 +311,8 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     assert!(paper().starts_with(b"%PDF-"));
     folder.write("day/results/report.pdf", "of other results");
     std::fs::remove_file(folder.path("day/results/report.html")).unwrap();
-    let said = folder.isolux(&["report", "day"], 0);
-    assert!(said.contains("report.pdf is not of these results"), "{said}");
+    let stated = folder.isolux(&["report", "day"], 0);
+    assert!(stated.contains("report.pdf is not of these results"), "{stated}");
     assert_eq!(paper(), b"of other results");
     folder.isolux(&["report", "day", "--force"], 0);
     assert!(paper() == again);
@@ -328,12 +328,12 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
         &["--with", "day/results/with.model.toml"],
     ];
     for (k, change) in changes.into_iter().enumerate() {
-        let said = folder.isolux(&[&["reduce", "day", "--force"], change].concat(), 0);
-        let reduced = flux(&said);
+        let stated = folder.isolux(&[&["reduce", "day", "--force"], change].concat(), 0);
+        let reduced = flux(&stated);
         assert_ne!(reduced, first);
         assert!(
-            said.contains("report.html and report.pdf beside these results: of earlier ones"),
-            "{said}"
+            stated.contains("report.html and report.pdf beside these results: of earlier ones"),
+            "{stated}"
         );
         let out = format!("b{k}.html");
         folder.isolux(&["report", "day", "--out", &out], 0);

@@ -20,7 +20,7 @@ repeats = 2
 "#;
 
 /// A mains lamp with a power factor, so that no quantity can pass for another.
-const LAMP: &str = "[lamp]\nvoltage_v = 230.0\npower_w = 5.0\npower_factor = 0.8\n[flaws]\nonly = true\n\
+const LAMP: &str = "[lamp]\nvoltage_v = 230.0\npower_w = 5.0\npower_factor = 0.8\n[injected_effects]\nonly = true\n\
 lamp_warmup = { amplitude_rel = 0.02, time_constant_s = 300.0, second_share = 0.0 }\n";
 
 fn bench(room: &str, options: &[&str]) -> Folder {
@@ -122,8 +122,8 @@ fn a_power_meter_that_falls_silent_leaves_a_run_that_goes_on() {
     let fault = "[[fault]]\ninstrument = \"powermeter\"\nkind = \"silent\"\nat_s = 2000.0\nfor_s = 60.0\n";
     let folder = bench(&format!("{LAMP}{fault}"), &["--powermeter", "scpi-meter"]);
     let scan = ["scan", "bench/station.toml", "bench/plan.toml"];
-    let said = folder.isolux(&[&scan[..], &["--out", "run"]].concat(), 3);
-    assert!(said.contains("powermeter") && said.contains("--resume"), "{said}");
+    let stated = folder.isolux(&[&scan[..], &["--out", "run"]].concat(), 3);
+    assert!(stated.contains("powermeter") && stated.contains("--resume"), "{stated}");
     let read = rows(&folder, "run").0.len();
     assert!((1..150).contains(&read), "{read} rows");
     folder.write("bench/room.toml", LAMP);
@@ -168,8 +168,8 @@ fn without_a_power_meter_the_cells_are_empty_and_nothing_is_said_of_watts() {
     for name in ["voltage_v", "current_a", "power_w", "power_factor"] {
         assert!(rows.iter().all(|row| column(row, name).is_empty()), "{name}");
     }
-    let said = folder.isolux(&["reduce", "run"], 0);
-    assert!(!said.contains("luminous efficacy"), "{said}");
+    let stated = folder.isolux(&["reduce", "run"], 0);
+    assert!(!stated.contains("luminous efficacy"), "{stated}");
     assert!(folder.json("run/results/budget.json").get("electrical").is_none());
     assert!(!folder.read("run/events.jsonl").contains("power"));
 }

@@ -120,10 +120,10 @@ fn a_day_that_cannot_be_is_refused_before_anything_moves() {
             "job.toml:9:1: diagnose.observations: a diagnosis needs at least one",
         ),
     ];
-    for (changes, told) in cases {
+    for (changes, described) in cases {
         let folder = changed(changes);
-        let said = folder.isolux(&["run", "bench/job.toml", "--out", "day"], 2);
-        assert!(said.contains(told), "{changes:?}:\n{said}");
+        let stated = folder.isolux(&["run", "bench/job.toml", "--out", "day"], 2);
+        assert!(stated.contains(described), "{changes:?}:\n{stated}");
         assert!(!folder.path("day").exists(), "{changes:?}: something was written");
     }
 }
@@ -154,8 +154,8 @@ fn no_number_of_a_sweep_or_of_maps_passes_that_cannot_be() {
         ("exposure = 1.0", "lamp = 1", 7),
     ] {
         folder.write("maps.toml", &maps.replace(from, to));
-        let said = folder.isolux(&["predict", "model.toml", "maps.toml", "--out", "bad.csv"], 2);
-        assert!(said.contains(&format!("maps.toml:{line}: ")), "{to}:\n{said}");
+        let stated = folder.isolux(&["predict", "model.toml", "maps.toml", "--out", "bad.csv"], 2);
+        assert!(stated.contains(&format!("maps.toml:{line}: ")), "{to}:\n{stated}");
         assert!(!folder.path("bad.csv").exists(), "{to}");
     }
 }
@@ -201,14 +201,14 @@ fn a_device_in_place_of_a_file_is_refused_wherever_it_is_named() {
         &["virtual", "darkroom", "/dev/zero", "--lasts-s", "0"],
         &["virtual", "capture", "/dev/zero", "/dev/zero", "--out", "maps.toml"],
     ] {
-        let said = folder.isolux(arguments, 2);
+        let stated = folder.isolux(arguments, 2);
         assert!(
-            said.contains("a device, pipe or socket") || said.contains("pipe or device"),
-            "{arguments:?}: {said}"
+            stated.contains("a device, pipe or socket") || stated.contains("pipe or device"),
+            "{arguments:?}: {stated}"
         );
         assert!(!folder.path("out").exists(), "{arguments:?}");
     }
     // A device without end is read up to the limit that inspect states.
-    let said = folder.isolux(&["inspect", "/dev/zero"], 1);
-    assert!(said.contains("there is no end; more than"), "{said}");
+    let stated = folder.isolux(&["inspect", "/dev/zero"], 1);
+    assert!(stated.contains("there is no end; more than"), "{stated}");
 }

@@ -73,8 +73,8 @@ fn a_simulation_refuses_a_pipe_and_says_why() {
         Some(LAMP.as_bytes()),
     );
     assert_eq!(done.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert!(said.contains("pipe"), "{said}");
+    let stated = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(stated.contains("pipe"), "{stated}");
     assert!(!folder.path().join("out").exists());
 }
 
@@ -161,14 +161,15 @@ fn what_a_meters_file_leaves_open_is_told_beside_the_source() {
         &["inspect", "--json", "led.csv", "--meter", "meter.csv"],
         None,
     ));
-    let told = seen["findings"].as_array().unwrap();
-    let told = |code: &str| {
-        told.iter()
+    let described = seen["findings"].as_array().unwrap();
+    let described = |code: &str| {
+        described
+            .iter()
             .find(|f| f["code"] == code)
             .map(|f| f["message"].as_str().unwrap())
     };
     assert!(
-        told("spectrum-axis-unit").is_some_and(|message| message.starts_with("meter.csv:2:1: ")),
+        described("spectrum-axis-unit").is_some_and(|message| message.starts_with("meter.csv:2:1: ")),
         "{seen}"
     );
     assert!(seen["quantities"]["spectral_mismatch"].is_f64(), "{seen}");

@@ -1,12 +1,12 @@
 //! Diagnose, measure what would settle the answer, diagnose again: by three commands and by one, in a virtual darkroom
-//! whose axes have a flaw that a scan in one direction cannot name.
+//! whose axes have an injected effect that a scan in one direction cannot name.
 
 mod folder;
 
 use std::ops::Deref;
 use std::process::{Output, Stdio};
 
-use folder::{Folder, said};
+use folder::{Folder, stated};
 use serde_json::Value;
 
 /// At 3.6 m the axis has four digits of the lux meter.
@@ -15,9 +15,9 @@ format = \"isolux-darkroom/1\"
 seed = SEED
 [bench]
 distance_mm = 3600.0
-[flaws]
+[injected_effects]
 only = true
-[flaws.lamp_warmup]
+[injected_effects.lamp_warmup]
 amplitude_rel = 0.045
 time_constant_s = 420.0
 ";
@@ -54,7 +54,7 @@ gamma_range = [-80, 80, 4]
 repeats = 2
 "#;
 
-/// A folder with the operator's model and a bench that has `flaw`.
+/// A folder with the operator's model and a bench that has `injected effect`.
 struct Bench(Folder);
 
 impl Deref for Bench {
@@ -66,7 +66,7 @@ impl Deref for Bench {
 }
 
 impl Bench {
-    fn with(flaw: &str) -> Self {
+    fn with(effect: &str) -> Self {
         let bench = Self(Folder::new());
         bench.room("healthy", &ROOM.replace("SEED", "7"));
         bench.write("reference.plan.toml", REFERENCE);
@@ -81,9 +81,12 @@ impl Bench {
             0,
         );
         bench.isolux(&["reduce", "healthy/run"], 0);
-        bench.room("flawed", &(ROOM.replace("SEED", "8") + flaw));
+        bench.room("disturbed", &(ROOM.replace("SEED", "8") + effect));
         bench.write("one-way.plan.toml", ONE_WAY);
-        bench.isolux(&["scan", "flawed/station.toml", "one-way.plan.toml", "--out", "run"], 0);
+        bench.isolux(
+            &["scan", "disturbed/station.toml", "one-way.plan.toml", "--out", "run"],
+            0,
+        );
         bench
     }
 
@@ -104,7 +107,7 @@ impl Bench {
 
     const INVESTIGATE: [&'static str; 6] = [
         "investigate",
-        "flawed/station.toml",
+        "disturbed/station.toml",
         MODEL,
         "run",
         "--out",
@@ -137,13 +140,13 @@ fn named<'a>(diagnosis: &'a Value, key: &str) -> (&'a str, f64, f64) {
 
 #[test]
 fn the_plan_that_a_diagnosis_writes_settles_it() {
-    let bench = Bench::with("[flaws.backlash]\nwidth_deg = 0.25\n");
+    let bench = Bench::with("[injected_effects.backlash]\nwidth_deg = 0.25\n");
     bench.isolux(&["diagnose", MODEL, "run", "--out", "first"], 0);
     let first = bench.diagnosis("first");
     assert_eq!(first["verdict"], "ambiguous", "{first:#}");
-    let mut rivals = set(&first);
-    rivals.sort_unstable();
-    assert_eq!(rivals, ["backlash", "gamma_zero"], "{first:#}");
+    let mut alternatives = set(&first);
+    alternatives.sort_unstable();
+    assert_eq!(alternatives, ["backlash", "gamma_zero"], "{first:#}");
     // A block that would leave the two within the noise of their difference costs an day_results and settles nothing.
     let suggested = first["next_measurement"].as_array().unwrap();
     assert!(
@@ -157,34 +160,34 @@ fn the_plan_that_a_diagnosis_writes_settles_it() {
     let plan = format!("first/{}", next["plan"].as_str().unwrap());
 
     // The plan as it is: first looked at, then carried out.
-    bench.isolux(&["plan", "flawed/station.toml", &plan], 0);
-    bench.isolux(&["scan", "flawed/station.toml", &plan, "--out", "more"], 0);
-    let said = bench.isolux(&["diagnose", MODEL, "run", "more", "--out", "second"], 0);
+    bench.isolux(&["plan", "disturbed/station.toml", &plan], 0);
+    bench.isolux(&["scan", "disturbed/station.toml", &plan, "--out", "more"], 0);
+    let stated = bench.isolux(&["diagnose", MODEL, "run", "more", "--out", "second"], 0);
     let second = bench.diagnosis("second");
     let (name, width, u) = named(&second, "width_deg");
     assert_eq!(name, "backlash");
     assert!((width - 0.25).abs() < 3.0 * u && u < 0.02, "{width} ± {u}");
-    assert!(said.contains("backlash"), "{said}");
+    assert!(stated.contains("backlash"), "{stated}");
     assert_eq!(second["next_measurement"].as_array().unwrap().len(), 0);
 }
 
 #[test]
 fn investigate_settles_it_by_one_command_and_moves_nothing_unasked() {
-    let bench = Bench::with("[flaws.gamma_zero]\noffset_deg = 0.12\n");
+    let bench = Bench::with("[injected_effects.gamma_zero]\noffset_deg = 0.12\n");
 
     // Nobody at the terminal: refused before anything is written or moved.
-    let said = bench.isolux(&Bench::INVESTIGATE, 2);
-    assert!(said.contains("--yes"), "{said}");
+    let stated = bench.isolux(&Bench::INVESTIGATE, 2);
+    assert!(stated.contains("--yes"), "{stated}");
     assert!(!bench.path("investigation").exists());
 
     #[cfg(unix)]
     for (out, answer, moves) in [("no", "no\n", false), ("silence", "\n", false), ("yes", "y\n", true)] {
-        let (said, moved) = at_a_terminal(&bench, out, answer);
-        assert_eq!(moved, moves, "{said}");
-        assert_eq!(said.contains("nothing was moved"), !moves, "{said}");
+        let (stated, moved) = at_a_terminal(&bench, out, answer);
+        assert_eq!(moved, moves, "{stated}");
+        assert_eq!(stated.contains("nothing was moved"), !moves, "{stated}");
     }
 
-    let said = bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 0);
+    let stated = bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 0);
     let first = bench.diagnosis("investigation/diagnosis-1");
     assert_eq!(first["verdict"], "ambiguous", "{first:#}");
     assert!(set(&first).contains(&"backlash"), "{first:#}");
@@ -192,7 +195,7 @@ fn investigate_settles_it_by_one_command_and_moves_nothing_unasked() {
     let (name, offset, u) = named(&second, "offset_deg");
     assert_eq!(name, "gamma_zero");
     assert!((offset - 0.12).abs() < 3.0 * u && u < 0.01, "{offset} ± {u}");
-    let verdict = said.lines().find(|line| line.starts_with("verdict")).unwrap();
+    let verdict = stated.lines().find(|line| line.starts_with("verdict")).unwrap();
     assert!(
         verdict.contains("gamma_zero") || verdict.contains("γ zero"),
         "{verdict}"
@@ -206,15 +209,15 @@ fn investigate_settles_it_by_one_command_and_moves_nothing_unasked() {
 /// A bench whose γ axis may not go back where the plan of the diagnosis begins, and whose detector stands still.
 #[test]
 fn a_plan_that_the_bench_cannot_carry_out_is_not_tried() {
-    let bench = Bench::with("[flaws.gamma_zero]\noffset_deg = 0.12\n");
-    let text = bench.read("flawed/station.toml");
+    let bench = Bench::with("[injected_effects.gamma_zero]\noffset_deg = 0.12\n");
+    let text = bench.read("disturbed/station.toml");
     let narrow = text.replace("limit_deg = [-185.0, 365.0]", "limit_deg = [-60.0, 60.0]");
     assert_ne!(text, narrow);
-    bench.write("flawed/station.toml", &narrow);
-    let said = bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 0);
-    assert!(said.contains("cannot be carried out on this bench"), "{said}");
-    assert!(said.contains("limits"), "{said}");
-    assert!(!bench.path("investigation/run-2").exists(), "{said}");
+    bench.write("disturbed/station.toml", &narrow);
+    let stated = bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 0);
+    assert!(stated.contains("cannot be carried out on this bench"), "{stated}");
+    assert!(stated.contains("limits"), "{stated}");
+    assert!(!bench.path("investigation/run-2").exists(), "{stated}");
 }
 
 /// The command at a terminal whose person answers `answer`; what it said, and whether it went on to measure.
@@ -229,9 +232,9 @@ fn at_a_terminal(bench: &Bench, out: &str, answer: &str) -> (String, bool) {
     // The pair holds its end exclusively; the command opens it by its name.
     drop(terminal);
     let terminal = std::fs::File::open(name).unwrap();
-    let asked = ["investigate", "flawed/station.toml", MODEL, "run", "--out", out];
+    let requested = ["investigate", "disturbed/station.toml", MODEL, "run", "--out", out];
     let mut child = bench
-        .command(&asked)
+        .command(&requested)
         .stdin(terminal)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -247,7 +250,7 @@ fn at_a_terminal(bench: &Bench, out: &str, answer: &str) -> (String, bool) {
     person.write_all(answer.as_bytes()).unwrap();
     words.read_to_end(&mut stderr).unwrap();
     let output = child.wait_with_output().unwrap();
-    let said = said(Output { stderr, ..output }, Some(0));
-    assert!(said.contains("May the axes move? [y/N]"), "{said}");
-    (said, bench.path(out).join("run-2").exists())
+    let stated = stated(Output { stderr, ..output }, Some(0));
+    assert!(stated.contains("May the axes move? [y/N]"), "{stated}");
+    (stated, bench.path(out).join("run-2").exists())
 }

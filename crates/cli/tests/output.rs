@@ -47,11 +47,11 @@ fn a_full_disk_behind_standard_output_is_exit_3_with_a_message() {
     ] {
         let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
         let output = folder.command(arguments).stdout(full).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {said}");
+        let stated = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {stated}");
         assert!(
-            said.contains("cannot write to standard output"),
-            "{arguments:?}: {said}"
+            stated.contains("cannot write to standard output"),
+            "{arguments:?}: {stated}"
         );
     }
 }
@@ -79,8 +79,8 @@ fn a_reader_that_goes_ends_the_command_quietly() {
         .unwrap();
     assert!(first.starts_with("lamp-0.csv: "), "{first}");
     let output = child.wait_with_output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), said.as_str()), (Some(141), ""));
+    let stated = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), stated.as_str()), (Some(141), ""));
 }
 
 #[test]
@@ -89,9 +89,9 @@ fn verbose_shows_the_bytes_of_the_links_and_a_wrong_filter_is_bad_input() {
     folder.isolux(&["init", "bench"], 0);
     let log = |arguments: &[&str], filter: &str, code: i32| {
         let output = folder.command(arguments).env("ISOLUX_LOG", filter).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?} {filter}: {said}");
-        said
+        let stated = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?} {filter}: {stated}");
+        stated
     };
     // 00100200 is the request of a reading of head 00 of a T-10A (communication specifications, command 10).
     let bytes = log(&["-vv", "read", "bench/station.toml"], "", 0);

@@ -45,23 +45,23 @@ impl Folder {
             .unwrap()
     }
 
-    fn simulate(&self, scene: &str, out: &str, more: &[&str]) -> Lit {
+    fn simulate(&self, scene: &str, out: &str, more: &[&str]) -> SimulateOutput {
         let mut arguments = vec!["simulate", scene, "--out", out];
         arguments.extend(more);
         let done = self.isolux(&arguments);
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        Lit::read(&self.path(out))
+        SimulateOutput::read(&self.path(out))
     }
 }
 
 /// What a simulation wrote.
-struct Lit {
+struct SimulateOutput {
     map: Vec<f32>,
     result: serde_json::Value,
     files: Vec<String>,
 }
 
-impl Lit {
+impl SimulateOutput {
     fn read(folder: &Path) -> Self {
         let bytes = std::fs::read(folder.join("irradiance.npy")).unwrap();
         let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
@@ -122,7 +122,7 @@ fn both_accuracies_agree_within_what_they_allow() {
     }
     // The key of the scene does what the option does, and the option has the last word.
     let by_key = folder.simulate("exact.toml", "by-key", &[]);
-    let by_option = Lit::read(&folder.path("scene.toml-reference"));
+    let by_option = SimulateOutput::read(&folder.path("scene.toml-reference"));
     assert_eq!(by_key.result["accuracy"]["name"], "reference");
     assert_eq!(by_key.map, by_option.map);
     let back = folder.simulate("exact.toml", "back", &["--accuracy", "standard"]);
@@ -137,9 +137,9 @@ fn an_accuracy_is_the_inverse_methods_and_one_of_two() {
 
     folder.scene("bad.toml", &format!("{SCENE}[simulation]\naccuracy = \"fine\"\n"));
     let refused = folder.isolux(&["simulate", "bad.toml", "--out", "bad"]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert_eq!(refused.status.code(), Some(2), "{said}");
-    assert!(said.contains("bad.toml:12") && said.contains("fine"), "{said}");
+    let stated = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{stated}");
+    assert!(stated.contains("bad.toml:12") && stated.contains("fine"), "{stated}");
     assert!(!folder.path("bad").exists());
 }
 
@@ -157,10 +157,10 @@ fn a_folder_that_may_not_be_written_is_refused_before_the_light_is_computed() {
         ("full", &["--force"], "looks away"),
     ] {
         let refused = folder.isolux(&[&away[..], &[out], more].concat());
-        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        let stated = String::from_utf8_lossy(&refused.stderr).into_owned();
         assert!(
-            refused.status.code() == Some(2) && said.contains(why),
-            "{out} {more:?}: {said}"
+            refused.status.code() == Some(2) && stated.contains(why),
+            "{out} {more:?}: {stated}"
         );
     }
 }
@@ -204,9 +204,9 @@ fn what_would_be_left_aside_is_refused() {
     for (input, more, words) in refused {
         let arguments = [&["simulate", input, "--out", "out"], more].concat();
         let done = folder.isolux(&arguments);
-        let said = String::from_utf8_lossy(&done.stderr);
-        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains(words), "{arguments:?}: {said}");
+        let stated = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {stated}");
+        assert!(stated.contains(words), "{arguments:?}: {stated}");
         assert!(!folder.path("out").exists(), "{arguments:?}");
     }
     folder.simulate("model.toml", "out", &[&ler[..], &["--pixels", "8"]].concat());
@@ -250,8 +250,8 @@ fn ray_files_are_inspected_and_damage_is_named_with_its_bytes() {
     let inspect = |name: &str, bytes: &[u8]| {
         std::fs::write(folder.path(name), bytes).unwrap();
         let done = folder.isolux(&["inspect", name, "--json"]);
-        let said: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
-        (said, done.status.code())
+        let stated: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+        (stated, done.status.code())
     };
     // By content, whatever the name.
     let (good, code) = inspect("lamp.bin", &bytes);
@@ -265,7 +265,7 @@ fn ray_files_are_inspected_and_damage_is_named_with_its_bytes() {
         (of["rays"].as_u64(), of["spectral"].as_str()),
         (Some(500), Some("none"))
     );
-    let result = Lit::read(&folder.path("rays")).result;
+    let result = SimulateOutput::read(&folder.path("rays")).result;
     let on_sensor_lm = result["illuminance_lx"].as_f64().unwrap() * 0.06 * 0.06;
     assert!((of["luminous_flux_lm"].as_f64().unwrap() / on_sensor_lm - 1.0).abs() < 1e-5);
     // A point source.
@@ -304,18 +304,18 @@ fn ray_files_are_inspected_and_damage_is_named_with_its_bytes() {
             [third, third + ray],
         ),
     ] {
-        let (said, code) = inspect(name, &damaged);
-        let found = said["findings"]
+        let (stated, code) = inspect(name, &damaged);
+        let found = stated["findings"]
             .as_array()
             .unwrap()
             .iter()
             .find(|one| one["code"] == finding);
-        let found = found.unwrap_or_else(|| panic!("{name}: {said}"));
+        let found = found.unwrap_or_else(|| panic!("{name}: {stated}"));
         assert_eq!((&found["bytes"], code), (&serde_json::json!(span), Some(1)), "{name}");
         assert_eq!(found["severity"], "error", "{name}");
     }
     // Neither distribution nor spectrum: convert says what to do instead.
     let refused = folder.isolux(&["convert", "lamp.tm25ray", "lamp.ldt"]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned() + &String::from_utf8_lossy(&refused.stdout);
-    assert!(!refused.status.success() && said.contains("tm25-rays"), "{said}");
+    let stated = String::from_utf8_lossy(&refused.stderr).into_owned() + &String::from_utf8_lossy(&refused.stdout);
+    assert!(!refused.status.success() && stated.contains("tm25-rays"), "{stated}");
 }

@@ -19,7 +19,7 @@ impl Drop for Twin {
 }
 
 /// What the twin answers; none where it hangs up.
-fn asked(link: &mut TcpStream) -> Option<[u8; 14]> {
+fn requested(link: &mut TcpStream) -> Option<[u8; 14]> {
     let mut answer = [0; 14];
     link.write_all(PC_MODE).ok()?;
     link.read_exact(&mut answer).ok()?;
@@ -47,8 +47,8 @@ fn a_line_on_standard_input_is_a_fault_from_then_on() {
             .unwrap(),
     );
     let mut first = String::new();
-    let mut said = BufReader::new(twin.0.stdout.take().unwrap());
-    said.read_line(&mut first).unwrap();
+    let mut stated = BufReader::new(twin.0.stdout.take().unwrap());
+    stated.read_line(&mut first).unwrap();
     let (_, address) = first.split_once("tcp://").unwrap_or_else(|| panic!("{first}"));
     let address = address.split('"').next().unwrap();
     let mut notes = BufReader::new(twin.0.stderr.take().unwrap());
@@ -66,11 +66,11 @@ fn a_line_on_standard_input_is_a_fault_from_then_on() {
         link
     };
     let mut link = connect();
-    assert!(asked(&mut link).is_some_and(|answer| answer.starts_with(b"\x020054")));
+    assert!(requested(&mut link).is_some_and(|answer| answer.starts_with(b"\x020054")));
     let note = order("luxmeter disconnect");
     assert!(note.contains("luxmeter disconnect"), "{note}");
-    assert_eq!(asked(&mut link), None, "the link ends");
-    assert_eq!(asked(&mut connect()), None, "and stays lost");
+    assert_eq!(requested(&mut link), None, "the link ends");
+    assert_eq!(requested(&mut connect()), None, "and stays lost");
     for (line, word) in [
         ("luxmeter burn", "flip_bit"),
         ("luxmeter alarm", "one of axes"),
@@ -80,5 +80,5 @@ fn a_line_on_standard_input_is_a_fault_from_then_on() {
         assert!(note.contains(word), "{line}: {note}");
     }
     order("clear");
-    assert!(asked(&mut connect()).is_some(), "all faults have ended");
+    assert!(requested(&mut connect()).is_some(), "all faults have ended");
 }

@@ -275,15 +275,15 @@ mod tests {
             travel,
             "zaber:x?axis=3: 50 mm is outside its travel of 100 mm to 12000 mm; nothing moved"
         );
-        for (said, key) in [
+        for (stated, key) in [
             (ratio.to_string(), "counts_per_mm"),
             (limit.to_string(), "limit_mm"),
             (speed.to_string(), "speed_mm_s"),
             (scale.place(3000).to_string(), "1.5 mm"),
         ] {
             assert!(
-                said.contains(key) && !said.contains("deg") && !said.contains('°'),
-                "{said}"
+                stated.contains(key) && !stated.contains("deg") && !stated.contains('°'),
+                "{stated}"
             );
         }
         let turn = settings(1.0, 1.0).unwrap().out_of_travel("zaber:x", 200.0).to_string();

@@ -25,8 +25,8 @@ pub trait LuxMeter: Send + Sync {
     /// signal outside the range, or one that does not stay the same, is no error but another [`LuxOutcome`].
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError>;
 
-    /// The next conversion, at once and confirmed by nothing, for light that changes while it is read: what it belongs to
-    /// is judged later from the instants of many.
+    /// The next conversion, at once and confirmed by nothing, for light that changes while it is read: what it belongs
+    /// to is judged later from the instants of many.
     ///
     /// # Errors
     /// As [`read`](Self::read). After an error, and after bytes that nothing had asked for, the sample before it is in
@@ -116,7 +116,7 @@ pub struct LuxSample {
     /// One digit of the answer.
     pub digit: Lux,
     /// When its request was on the line.
-    pub asked: Instant,
+    pub requested: Instant,
     /// When its answer was complete.
     pub answered: Instant,
     /// The answer as it came over the wire.

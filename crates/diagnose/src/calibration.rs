@@ -12,8 +12,8 @@
 //! first and 37 stand in the set, 9 of 9 pairs are named, 11 of 12 effects outside the catalogue are unexplained, 2 of
 //! 46 clean days are false alarms and 2 claims above 95 % are wrong; unless stated, none of these counts changes. These
 //! are readings of fine digits: what the constants do to maps was not measured. "By hand" stands at the numbers of the
-//! report, which change no verdict and no name; they were not measured. [`CLEARLY`], [`MISFIT`] and the second condition
-//! of [`SECOND_SHARE`] came after these counts, which were not taken again: they do change verdicts.
+//! report, which change no verdict and no name; they were not measured. [`CLEARLY`], [`MISFIT`] and the second
+//! condition of [`SECOND_SHARE`] came after these counts, which were not taken again: they do change verdicts.
 
 // ---- The verdict
 
@@ -26,10 +26,11 @@ pub const NULLS: usize = 2000;
 /// depart by a few per cent. Halved 0, doubled 8.
 pub const MODEL_FORM: f64 = 0.03;
 /// A further effect, or what has no name, must reach this share of the first one's significance, or
-/// [`CLEARLY`] more than [`MODEL_FORM`] lets the first one leave. By hand; before the second condition stood there: halved 0, doubled 0.
+/// [`CLEARLY`] more than [`MODEL_FORM`] lets the first one leave. By hand; before the second condition stood there:
+/// halved 0, doubled 0.
 pub const SECOND_SHARE: f64 = 0.2;
-/// In σ²: 10 σ. A weak effect below one of thousands of σ is an effect; one of 6 σ beside one of 40 σ may be what the
-/// first one's formula, or the smoothing of the model's distribution, leaves. By hand.
+/// In σ²: 10 σ. A weak effect below one of thousands of σ is an effect; one of 6 σ beside one of 40 σ may be
+/// what the first one's formula, or the smoothing of the model's distribution, leaves. By hand.
 pub const CLEARLY: f64 = 100.0;
 /// A fit that leaves more than this many times the variance of noise has not explained its data. By hand.
 pub const MISFIT: f64 = 2.0;
@@ -55,7 +56,8 @@ pub const ALIKE: f64 = 0.25;
 pub const NEGLIGIBLE_ROUNDING: f64 = 0.1;
 /// Scatter below this share of a digit, other than rounding, leaves a level on one digit but near the ends of that
 /// digit, where readings that show different digits are off by opposite amounts and not alike at all.
-/// Of 17 such days (nine clean, eight with an effect of 10 σ) with digits of 0.03, 0.05 or 0.1 lx: halved 2, doubled 4.
+/// Of 17 such days (nine clean, eight with an effect of 10 σ) with digits of 0.03, 0.05 or 0.1 lx: halved 2, doubled
+/// 4.
 pub const QUIET: f64 = 0.15;
 /// Least share of a row's variance that is its own: it keeps the whitening finite.
 /// Of the days of [`QUIET`]: halved 0, doubled 1.
@@ -94,7 +96,7 @@ pub const APART_DEG: f64 = 0.5;
 
 /// Less than this share of a pattern left by the nuisance: the data cannot see it. Halved 0, doubled 0.
 pub const BLIND: f64 = 2e-3;
-/// A rival whose pattern is this close (R²) to a named effect's adds nothing: the name stands for it.
+/// An alternative whose pattern is this close (R²) to a named effect's adds nothing: the name stands for it.
 /// 0.96: 0, 0.99: 0.
 pub const SAME_PATTERN: f64 = 0.98;
 /// An effect with more shapes than this is a search through frequencies, not a smooth pattern. Halved 0,
@@ -128,8 +130,8 @@ pub const BESIDE_SHARE: f64 = 2.0;
 /// ln of the factor that a generic pattern loses where a name explains as much: of 0 … 4 near the best logarithmic
 /// score on hidden effects of training seeds, those outside the catalogue weighted as 15 % of all (decision 0014).
 pub const ALIAS: f64 = 2.0;
-/// What a pattern without a name must explain more than a name, in σ², before it counts as another pattern, beside four
-/// times what [`MODEL_FORM`] allows (decision 0014).
+/// What a pattern without a name must explain more than a name, in σ², before it counts as another pattern, beside
+/// four times what [`MODEL_FORM`] allows (decision 0014).
 pub const ALIAS_MARGIN: f64 = 6.0;
 /// Names whose fits differ by less than this, in σ², explain the same: the kinks of a table and the roundness of a
 /// formula are worth as much (decision 0018).
@@ -137,8 +139,8 @@ pub const AS_MUCH: f64 = 6.0;
 /// ln of the most by which one of two names that explain the same is the more probable, so that both are in the set: ln
 /// 15 (decision 0018).
 pub const TWIN: f64 = 2.708;
-/// Rivals that are refitted: so many of the best, within ln of this factor of the best and so much of its evidence
-/// more. Halved 5, 3 and 0, doubled 2, 1 and 0.
+/// Alternatives that are refitted: so many of the best, within ln of this factor of the best and so much of its
+/// evidence more. Halved 5, 3 and 0, doubled 2, 1 and 0.
 pub const REFITTED: (usize, f64, f64) = (6, 14.0, 0.02);
 
 // ---- The report
@@ -148,7 +150,7 @@ pub const REFITTED: (usize, f64, f64) = (6, 14.0, 0.02);
 pub const VISIBLE_SIGMA: f64 = 3.0;
 /// A fit that cannot predict what it has not seen better than this (rms, in σ) says nothing of the effect. By hand.
 pub const PREDICTABLE_SIGMA: f64 = 0.5;
-/// Rivals that would stay nearer than the noise of their own difference are not told apart: such a block is no
+/// Alternatives that would stay nearer than the noise of their own difference are not told apart: such a block is no
 /// suggestion.
 pub const WORTH_NAMING_SIGMA: f64 = 1.0;
 /// Two names this far apart are told apart by most noises. By hand.

@@ -237,11 +237,11 @@ impl Given {
 fn unexplained(found: &Unexplained, excess: f64) -> UnexplainedEntry {
     let total = excess.max(found.sigma.powi(2));
     UnexplainedEntry {
-        coordinate: found.rival.coordinate.name().into(),
-        range: found.rival.range,
+        coordinate: found.alternative.coordinate.name().into(),
+        range: found.alternative.range,
         share_of_gap: (found.sigma.powi(2) / total).clamp(0.0, 1.0),
         significance_sigma: found.sigma,
-        note: found.rival.note.clone(),
+        note: found.alternative.note.clone(),
     }
 }
 

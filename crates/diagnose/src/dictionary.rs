@@ -1,4 +1,5 @@
-//! Every effect of the catalogue on its grid of shapes, and every rival without a name, as columns over the readings.
+//! Every effect of the catalogue on its grid of shapes, and every alternative without a name, as columns over the
+//! readings.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,11 +7,11 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::alternatives::EmpiricalAlternative;
 use crate::basis::{Basis, product};
 use crate::calibration::{BLIND, MANY_SHAPES, OUTSIDE_CATALOGUE, SAME_PATTERN};
 use crate::forward::{Forward, Hypothesis};
 use crate::pattern::Pattern;
-use crate::rivals::Rival;
 use crate::scan::{Candidate, Who};
 use crate::table::{Coordinate, Row};
 
@@ -60,14 +61,14 @@ impl Column<'_> {
 
 impl<'a> Dictionary<'a> {
     /// Named tangents around the baseline `prediction`, those of what reads a sensor out around the light that is
-    /// there, then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two patterns
-    /// are alike where they are alike in what it leaves.
+    /// there, then the alternatives, whose columns move here. `refitted` are the derivatives to the nuisance: two
+    /// patterns are alike where they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
         forward: &'a F,
         rows: &'a [Row],
         nuisance: &[f64],
         (prediction, light): (&DVector<f64>, &DVector<f64>),
-        rivals: &mut [Rival],
+        alternatives: &mut [EmpiricalAlternative],
         row_scale: &DVector<f64>,
         refitted: &DMatrix<f64>,
     ) -> Self {
@@ -117,17 +118,17 @@ impl<'a> Dictionary<'a> {
         {
             target.copy_from(&pattern);
         }
-        let distinct = distinct(rivals, named, |pattern| unit(&Column::Generic(pattern.clone())));
-        let priors = priors(rivals, &distinct);
-        for (number, rival) in rivals.iter_mut().enumerate() {
-            let columns = std::mem::take(&mut rival.columns);
+        let distinct = distinct(alternatives, named, |pattern| unit(&Column::Generic(pattern.clone())));
+        let priors = priors(alternatives, &distinct);
+        for (number, alternative) in alternatives.iter_mut().enumerate() {
+            let columns = std::mem::take(&mut alternative.columns);
             if !distinct[number] {
                 continue;
             }
             let start = all.len();
             all.extend(columns.into_iter().map(Column::Generic));
             candidates.push(Candidate {
-                who: Who::Unnamed { rival: number },
+                who: Who::Unnamed { alternative: number },
                 columns: start..all.len(),
                 ln_prior: priors[number].ln(),
                 one_sided: false,
@@ -158,8 +159,8 @@ impl<'a> Dictionary<'a> {
     }
 
     /// Numbers of the columns that describe what is smooth: all named effects but searches through frequencies, then
-    /// the broad rivals. What is left after them is noise.
-    pub fn smooth(&self, effects: &[crate::forward::Searchable], rivals: &[Rival]) -> Vec<usize> {
+    /// the broad alternatives. What is left after them is noise.
+    pub fn smooth(&self, effects: &[crate::forward::Searchable], alternatives: &[EmpiricalAlternative]) -> Vec<usize> {
         let broad = [
             "smooth", "memory", "harmonic", "plane", "one_map", "odd", "even", "slope", "jump", "quadrant",
         ];
@@ -167,7 +168,7 @@ impl<'a> Dictionary<'a> {
         for candidate in &self.candidates {
             let take = match candidate.who {
                 Who::Named { effect, .. } => effects[effect].shapes.len() <= MANY_SHAPES,
-                Who::Unnamed { rival } => broad.contains(&rivals[rival].family),
+                Who::Unnamed { alternative } => broad.contains(&alternatives[alternative].family),
             };
             if take {
                 columns.extend(candidate.columns.clone());
@@ -207,38 +208,44 @@ fn tangents<'a, F: Forward + ?Sized>(
     tangents
 }
 
-/// The prior probability of each rival, 0 where it is not distinct: alike for coordinates, in them for families, in them for
-/// patterns.
-fn priors(rivals: &[Rival], distinct: &[bool]) -> Vec<f64> {
+/// The prior probability of each alternative, 0 where it is not distinct: alike for coordinates, in them for families,
+/// in them for patterns.
+fn priors(alternatives: &[EmpiricalAlternative], distinct: &[bool]) -> Vec<f64> {
     let mut families: BTreeMap<(Coordinate, &str), usize> = BTreeMap::new();
-    for (rival, _) in rivals.iter().zip(distinct).filter(|(_, distinct)| **distinct) {
-        *families.entry((rival.coordinate, rival.family)).or_default() += 1;
+    for (alternative, _) in alternatives.iter().zip(distinct).filter(|(_, distinct)| **distinct) {
+        *families
+            .entry((alternative.coordinate, alternative.family))
+            .or_default() += 1;
     }
     let of_coordinate = |of: Coordinate| families.keys().filter(move |(coordinate, _)| *coordinate == of).count();
     let mut coordinates: Vec<Coordinate> = families.keys().map(|(coordinate, _)| *coordinate).collect();
     coordinates.dedup();
-    let prior = |rival: &Rival| {
-        let family = families.get(&(rival.coordinate, rival.family)).copied().unwrap_or(1);
-        OUTSIDE_CATALOGUE / (coordinates.len() * of_coordinate(rival.coordinate) * family) as f64
+    let prior = |alternative: &EmpiricalAlternative| {
+        let family = families
+            .get(&(alternative.coordinate, alternative.family))
+            .copied()
+            .unwrap_or(1);
+        OUTSIDE_CATALOGUE / (coordinates.len() * of_coordinate(alternative.coordinate) * family) as f64
     };
-    let distinct = rivals.iter().zip(distinct);
+    let distinct = alternatives.iter().zip(distinct);
     distinct
-        .map(|(rival, distinct)| if *distinct { prior(rival) } else { 0.0 })
+        .map(|(alternative, distinct)| if *distinct { prior(alternative) } else { 0.0 })
         .collect()
 }
 
-/// Which rivals are no likeness of a `named` pattern; those and the rivals' as `unit` vectors over the readings.
+/// Which alternatives are no likeness of a `named` pattern; those and the alternatives' as `unit` vectors over the
+/// readings.
 #[expect(clippy::needless_pass_by_value, reason = "the named patterns are large and end here")]
 fn distinct(
-    rivals: &[Rival],
+    alternatives: &[EmpiricalAlternative],
     named: DMatrix<f64>,
     unit: impl Fn(&Pattern) -> Option<DVector<f64>> + Sync,
 ) -> Vec<bool> {
-    let of = |some: &[Rival]| -> Vec<bool> {
+    let of = |some: &[EmpiricalAlternative]| -> Vec<bool> {
         let mut patterns = DMatrix::zeros(named.nrows(), some.len());
         let mut kept = vec![true; some.len()];
-        for ((rival, kept), mut target) in some.iter().zip(&mut kept).zip(patterns.column_iter_mut()) {
-            if let [one] = rival.columns.as_slice() {
+        for ((alternative, kept), mut target) in some.iter().zip(&mut kept).zip(patterns.column_iter_mut()) {
+            if let [one] = alternative.columns.as_slice() {
                 match unit(one) {
                     Some(pattern) => target.copy_from(&pattern),
                     None => *kept = false,
@@ -251,8 +258,8 @@ fn distinct(
         }
         kept
     };
-    let mut distinct = Vec::with_capacity(rivals.len());
-    for some in rivals.chunks(COMPARED * AT_A_TIME) {
+    let mut distinct = Vec::with_capacity(alternatives.len());
+    for some in alternatives.chunks(COMPARED * AT_A_TIME) {
         distinct.par_extend(some.par_chunks(COMPARED).flat_map_iter(of));
     }
     distinct

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::table::{Light, Row, Source};
+use crate::table::{Light, ObservationKind, Row};
 
 /// Which rows are kept back, and in words.
 #[derive(Debug, Clone)]
@@ -41,25 +41,25 @@ pub fn by_rule(rows: &[Row], first: usize) -> Option<HeldOut> {
             last_key = Some(key);
         }
     }
-    let lit: Vec<&Vec<usize>> = groups
+    let illuminated: Vec<&Vec<usize>> = groups
         .iter()
         .filter(|group| rows[group[0]].light == Light::Lit && group.len() >= 8)
         .collect();
     let at = |group: &[usize]| {
         let row = &rows[group[0]];
         match row.source {
-            Source::Reading => row.distance_mm.to_bits(),
+            ObservationKind::Reading => row.distance_mm.to_bits(),
             _ => 0,
         }
     };
     let mut per_distance: BTreeMap<u64, usize> = BTreeMap::new();
-    for group in &lit {
+    for group in &illuminated {
         *per_distance.entry(at(group)).or_default() += 1;
     }
     let mut planes = 0;
-    for (k, group) in lit.iter().enumerate() {
+    for (k, group) in illuminated.iter().enumerate() {
         let stay = per_distance.get(&at(group)).copied().unwrap_or(0);
-        if k % 5 == first && stay >= 2 && lit.len() >= 5 {
+        if k % 5 == first && stay >= 2 && illuminated.len() >= 5 {
             per_distance.insert(at(group), stay - 1);
             group.iter().for_each(|&i| held[i] = true);
             planes += 1;
@@ -75,7 +75,7 @@ pub fn by_rule(rows: &[Row], first: usize) -> Option<HeldOut> {
             darks += 1;
         }
     }
-    let what = if rows.iter().any(|row| row.source == Source::Bin) {
+    let what = if rows.iter().any(|row| row.source == ObservationKind::Bin) {
         "maps"
     } else {
         "half-planes"
@@ -84,7 +84,7 @@ pub fn by_rule(rows: &[Row], first: usize) -> Option<HeldOut> {
         rows: held,
         note: format!(
             "by rule: {planes} of {} lit {what} and {darks} dark blocks, predicted by a fit without them",
-            lit.len()
+            illuminated.len()
         ),
     })
 }
@@ -99,7 +99,7 @@ mod tests {
                 c_deg,
                 gamma_deg: f64::from(k),
                 distance_mm,
-                ..Row::bare(Source::Reading, 1.0, 0.1)
+                ..Row::bare(ObservationKind::Reading, 1.0, 0.1)
             });
         }
     }

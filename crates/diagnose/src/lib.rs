@@ -1,6 +1,7 @@
 //! Where simulation and measurement disagree, which physical effect is missing, how sure that is, and what to measure
 //! next.
 
+pub mod alternatives;
 pub mod assumed;
 pub mod basis;
 pub mod calibration;
@@ -20,7 +21,6 @@ pub mod overlap;
 pub mod own_readings;
 pub mod pattern;
 pub mod reference;
-pub mod rivals;
 pub mod rounding;
 pub mod scan;
 pub mod search;

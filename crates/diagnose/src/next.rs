@@ -1,4 +1,4 @@
-//! What to measure next: the block of readings or maps in which two rivals of one set differ most (T-optimality).
+//! What to measure next: the block of readings or maps in which two alternatives of one set differ most (T-optimality).
 
 mod block;
 mod maps;
@@ -11,7 +11,7 @@ use crate::calibration::{DECISIVE_SIGMA, MOST_REPEATS, MOST_SUGGESTIONS, SET, WO
 use crate::document::NextEntry;
 use crate::forward::Hypothesis;
 use crate::search::{Label, Outcome};
-use crate::table::{Row, Source};
+use crate::table::{ObservationKind, Row};
 
 pub use block::Next;
 
@@ -27,7 +27,7 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
     if let Some(test) = outcome.noise_test.as_ref().filter(|test| test.disagrees()) {
         noise::suggest(&mut next, test, rows);
     }
-    let Some((number, pair)) = rivals_of(outcome) else {
+    let Some((number, pair)) = alternatives_of(outcome) else {
         return next;
     };
     let name = |hypothesis: &Hypothesis| assumed.spec(hypothesis.effect).name.to_owned();
@@ -40,7 +40,7 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
         .filter(|(i, _)| *i != number)
         .map(|(_, member)| member.clone())
         .collect();
-    let of_readings = rows.iter().all(|row| row.source == Source::Reading);
+    let of_readings = rows.iter().all(|row| row.source == ObservationKind::Reading);
     let with_repeats = |repeats: usize| {
         let mut entries: Vec<(NextEntry, Block)> = blocks(assumed, outcome, rows, repeats)
             .into_iter()
@@ -98,12 +98,12 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
     next
 }
 
-/// The first member with a named rival in its set, and the refitted values of both.
-fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
-    for (number, rivalry) in outcome.rivalries.iter().enumerate() {
+/// The first member with a named alternative in its set, and the refitted values of both.
+fn alternatives_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
+    for (number, comparison) in outcome.comparisons.iter().enumerate() {
         let mut sum = 0.0;
         let mut set: Vec<Hypothesis> = Vec::new();
-        for ranked in &rivalry.ranked {
+        for ranked in &comparison.ranked {
             if sum >= SET {
                 break;
             }
@@ -122,7 +122,7 @@ fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
 /// The blocks that a bench or a camera could measure and these data lack.
 fn blocks(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row], repeats: usize) -> Vec<Block> {
     let mut blocks = Vec::new();
-    if rows.iter().any(|row| row.source == Source::Reading) {
+    if rows.iter().any(|row| row.source == ObservationKind::Reading) {
         reading_blocks(outcome, rows, repeats, &mut blocks);
     }
     for part in assumed.parts() {

@@ -8,7 +8,6 @@
 
 mod finding;
 mod groups;
-mod left;
 mod levels;
 pub mod limits;
 mod means;
@@ -18,17 +17,17 @@ mod patches;
 mod phases;
 mod place;
 mod repeats;
+mod residuals;
 mod scatter;
 mod series;
 mod single;
 mod spectrum;
 mod statistic;
 
-use crate::table::{Coordinate, Source};
+use crate::table::{Coordinate, ObservationKind};
 
 use finding::Strongest;
 pub use finding::{Finding, Kind, NoiseTest, Peak};
-pub use left::Left;
 use levels::Levels;
 use limits::{FEWEST, PERMUTED_SHARE, RHO, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE};
 use means::{Means, Visits};
@@ -37,18 +36,22 @@ use nulls::Nulls;
 use patches::Patches;
 use phases::Phases;
 use repeats::Repeats;
+pub use residuals::Residuals;
 use scatter::{Blocks, Neighbours, Trends};
 use series::Series;
 use spectrum::Spectrum;
 use statistic::Test;
 
 /// Tests what a fit leaves, with up to `most` simulated records; none where there are too few rows.
-pub fn test(left: &Left<'_>, most: usize, seed: u64) -> Option<NoiseTest> {
-    let of = |source: Source| {
-        let series = Series::new(left, source);
-        (series.len() >= FEWEST).then(|| one_source(left, &series, most, seed))
+pub fn test(residuals: &Residuals<'_>, most: usize, seed: u64) -> Option<NoiseTest> {
+    let of = |source: ObservationKind| {
+        let series = Series::new(residuals, source);
+        (series.len() >= FEWEST).then(|| one_source(residuals, &series, most, seed))
     };
-    let mut tested: Vec<NoiseTest> = [Source::Reading, Source::Bin].into_iter().filter_map(of).collect();
+    let mut tested: Vec<NoiseTest> = [ObservationKind::Reading, ObservationKind::Bin]
+        .into_iter()
+        .filter_map(of)
+        .collect();
     let kinds = tested.len() as f64;
     tested.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
     let mut first = tested.into_iter().next()?;
@@ -61,8 +64,8 @@ pub fn test(left: &Left<'_>, most: usize, seed: u64) -> Option<NoiseTest> {
 
 /// The place without a name (a period, every n-th reading, a run, a patch) that explains most of what a fit leaves,
 /// significant or not.
-pub fn strongest_place(left: &Left<'_>) -> Option<Finding> {
-    let series = Series::new(left, Source::Reading);
+pub fn strongest_place(residuals: &Residuals<'_>) -> Option<Finding> {
+    let series = Series::new(residuals, ObservationKind::Reading);
     if series.len() < FEWEST {
         return None;
     }
@@ -77,11 +80,11 @@ pub fn strongest_place(left: &Left<'_>) -> Option<Finding> {
 /// The tests for a place, with one amplitude or a phase each.
 fn places(series: &Series<'_>) -> (Vec<Patches>, Vec<Spectrum>) {
     let patches: &[fn(&Series<'_>) -> Option<Patches>] = match series.source {
-        Source::Reading => &[Patches::every, Patches::every_visit, Patches::runs, Patches::directions],
+        ObservationKind::Reading => &[Patches::every, Patches::every_visit, Patches::runs, Patches::directions],
         _ => &[Patches::lines, Patches::bins],
     };
     let spectra = match series.source {
-        Source::Reading => vec![
+        ObservationKind::Reading => vec![
             Spectrum::new(series, Coordinate::TimeS, &series.time, 2.0),
             Spectrum::new(series, Coordinate::Index, &series.index, 1.0),
         ],
@@ -93,17 +96,17 @@ fn places(series: &Series<'_>) -> (Vec<Patches>, Vec<Spectrum>) {
     )
 }
 
-fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> NoiseTest {
+fn one_source(residuals: &Residuals<'_>, series: &Series<'_>, most: usize, seed: u64) -> NoiseTest {
     let (patches, spectra) = places(series);
     let mut tests: Vec<Box<dyn Test>> = Vec::new();
-    if series.source == Source::Reading {
+    if series.source == ObservationKind::Reading {
         tests.push(Box::new(Means::new(series)));
         tests.extend(Visits::new(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Levels::new(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Phases::new(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Patches::circles(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Moments::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-        tests.extend(Neighbours::new(series, left.rho).map(|test| Box::new(test) as Box<dyn Test>));
+        tests.extend(Neighbours::new(series, residuals.rho).map(|test| Box::new(test) as Box<dyn Test>));
     }
     let peaks = spectra
         .iter()
@@ -121,7 +124,7 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
     tests.extend(Trends::new(series).map(|test| Box::new(test) as Box<dyn Test>));
 
     let observed: Vec<Strongest> = tests.iter().map(|test| test.observed(&series.held)).collect();
-    let nulls = Nulls::new(left, series, &tests, most, seed);
+    let nulls = Nulls::new(residuals, series, &tests, most, seed);
     let permuted = nulls.combined(&observed);
     let mut findings: Vec<Finding> = tests
         .iter()
@@ -133,10 +136,10 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
             finding
         })
         .collect();
-    let repeats = Repeats::of(left, series);
-    let (mut scattered, limit) = repeats.compare(left, series);
+    let repeats = Repeats::of(residuals, series);
+    let (mut scattered, limit) = repeats.compare(residuals, series);
     scattered.extend(single::widest(series));
-    scattered.extend(single::repeated(left, series));
+    scattered.extend(single::repeated(residuals, series));
     let scatter = scattered.iter().map(|finding| finding.p_value).fold(1.0, f64::min) * SCATTER_TESTS;
     let p_scatter = scatter.min(1.0);
     // Two independent probabilities of one hypothesis (Fisher 1925).
@@ -154,8 +157,8 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
         .filter(|finding| finding.p_value <= SIGNIFICANCE)
         .count();
     findings.truncate(clear.max(1));
-    let all = series::hold(&series.place.iter().map(|&i| left.plain[i]).collect::<Vec<_>>());
-    let parameters = left.refitted.rank() as f64;
+    let all = series::hold(&series.place.iter().map(|&i| residuals.plain[i]).collect::<Vec<_>>());
+    let parameters = residuals.refitted.rank() as f64;
     let freedom = (all.len() as f64 - parameters).max(1.0);
     NoiseTest {
         p_value,

@@ -10,7 +10,7 @@ use isolux_record::ReadingKind;
 use isolux_record::observation::{Cell, MapPose, MapSet, Observations, ReadingRow, Readings, SpectraSet};
 
 use crate::assumed::Part;
-use crate::table::{Light, Row, Source};
+use crate::table::{Light, ObservationKind, Row};
 
 use bins::binned;
 
@@ -79,7 +79,7 @@ fn readings(set: &Readings, file: usize) -> Observed {
             travel: f64::from(at.travel),
             range: at.range.map_or(f64::NAN, f64::from),
             ambient_c: at.ambient_c.unwrap_or(f64::NAN),
-            ..Row::bare(Source::Reading, measured, u)
+            ..Row::bare(ObservationKind::Reading, measured, u)
         });
     }
     let notes = match left_out {
@@ -95,8 +95,8 @@ fn readings(set: &Readings, file: usize) -> Observed {
     }
 }
 
-/// Places of the rows in the order in which they were taken, whatever order the file has: by time, where that is the same
-/// by number, and where both are by what they hold.
+/// Places of the rows in the order in which they were taken, whatever order the file has: by time, where that is the
+/// same by number, and where both are by what they hold.
 fn in_time(rows: &[ReadingRow]) -> Vec<usize> {
     let numbers = |row: &ReadingRow| {
         let at = &row.at;
@@ -226,7 +226,7 @@ fn row(set: &MapSet, file: usize, cell: &Cell, signal: f64, u: f64) -> Row {
         y_mm,
         incidence_deg: incidence_deg(pose, x_mm, y_mm),
         exposure: pose.exposure,
-        ..Row::bare(Source::Bin, signal, u)
+        ..Row::bare(ObservationKind::Bin, signal, u)
     }
 }
 
@@ -255,7 +255,7 @@ fn spectra(set: &SpectraSet, file: usize) -> Observed {
             light: light(sample.kind),
             wavelength_nm: sample.wavelength_nm,
             distance_mm: set.distance_mm,
-            ..Row::bare(Source::Sample, measured, u)
+            ..Row::bare(ObservationKind::Sample, measured, u)
         });
     }
     Observed {

@@ -5,7 +5,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::table::{Light, Row, Source};
+use crate::table::{Light, ObservationKind, Row};
 
 /// Whether a pattern multiplies the expected signal or adds to it, and on which records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ type Law = dyn Fn(usize, &Row) -> f64 + Send + Sync;
 /// The change of every row for a unit amplitude.
 #[derive(Clone)]
 pub struct Pattern {
-    source: Source,
+    source: ObservationKind,
     acts: Acts,
     level: Arc<[f64]>,
     law: Arc<Law>,
@@ -33,7 +33,7 @@ pub struct Pattern {
 impl Pattern {
     /// `law` of the rows of `source`, where `level` is the model's expectation of every row.
     pub(crate) fn new(
-        source: Source,
+        source: ObservationKind,
         acts: Acts,
         level: &Arc<[f64]>,
         law: impl Fn(usize, &Row) -> f64 + Send + Sync + 'static,

@@ -61,8 +61,9 @@ impl Rounding {
 
     /// Makes rows that were scaled to unit variance by `row_scale` independent of each other, column by column.
     ///
-    /// A group's covariance is diag(s²) + c·cᵀ, a digit's that of its groups + w·wᵀ with w the places of its levels;
-    /// W = I − (1 − 1/√(1+|v|²))·v·vᵀ/|v|² with v = c/s whitens what 1/s has scaled, and the same for w after it.
+    /// A group's covariance is diag(s²) + c·cᵀ, a digit's that of its groups + w·wᵀ with w the places of its
+    /// levels; W = I − (1 − 1/√(1+|v|²))·v·vᵀ/|v|² with v = c/s whitens what 1/s has scaled, and the same
+    /// for w after it.
     pub fn whiten(&self, row_scale: &DVector<f64>, matrix: &mut DMatrix<f64>) {
         if self.groups.is_empty() && self.digits.is_empty() {
             return;
@@ -109,7 +110,7 @@ impl Rounding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::Source;
+    use crate::table::ObservationKind;
 
     #[test]
     fn whitening_is_the_inverse_root_of_the_covariance() {
@@ -119,7 +120,7 @@ mod tests {
             .map(|&u| Row {
                 digit: 1.0,
                 range: 1.0,
-                ..Row::bare(Source::Reading, 0.0, u)
+                ..Row::bare(ObservationKind::Reading, 0.0, u)
             })
             .collect();
         let level = [5.0, 5.05, 5.1];
@@ -142,7 +143,7 @@ mod tests {
             Row {
                 digit: 0.01,
                 range: 1.0,
-                ..Row::bare(Source::Reading, 3.4, 0.0038)
+                ..Row::bare(ObservationKind::Reading, 3.4, 0.0038)
             };
             100
         ];
@@ -161,7 +162,7 @@ mod tests {
             .map(|i| Row {
                 digit: 0.01,
                 range: 1.0,
-                ..Row::bare(Source::Reading, shown(i), 0.003)
+                ..Row::bare(ObservationKind::Reading, shown(i), 0.003)
             })
             .collect();
         let rounding = Rounding::new(&rows, &[0.0152; 100]);
@@ -177,7 +178,7 @@ mod tests {
         let row = Row {
             digit: 0.01,
             range: 1.0,
-            ..Row::bare(Source::Reading, 0.01, 0.0038)
+            ..Row::bare(ObservationKind::Reading, 0.01, 0.0038)
         };
         let rounding = Rounding::new(&vec![row; 500], &level);
         let row_scale = DVector::from_element(500, 1.0 / 0.0038);

@@ -23,8 +23,8 @@ pub enum Who {
     },
     /// A generic pattern.
     Unnamed {
-        /// Number of the rival.
-        rival: usize,
+        /// Number of the alternative.
+        alternative: usize,
     },
 }
 

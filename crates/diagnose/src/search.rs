@@ -2,24 +2,24 @@
 //! is a function of what the one before found; the report of a diagnosis ([`crate::diagnosis`]) is the last.
 
 mod candidates;
+mod comparison;
 mod compete;
+mod empirical;
 mod estimate;
 mod grow;
-mod nameless;
 mod outcome;
 mod problem;
 mod remains;
-mod rivalry;
 mod scanned;
 mod select;
 
 use crate::forward::Forward;
 use crate::rounding::hides_noise;
 use crate::steps::Stepped;
-use crate::table::{Row, Source};
+use crate::table::{ObservationKind, Row};
 use crate::whitening::Sequence;
 
-pub use outcome::{Label, Outcome, Place, Ranked, Rivalry, Settings, Unexplained};
+pub use outcome::{Comparison, Label, Outcome, Place, Ranked, Settings, Unexplained};
 
 /// Searches. None where the model cannot even predict these rows.
 pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Settings) -> Option<Outcome> {
@@ -38,7 +38,7 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
 fn in_time(rows: &[Row]) -> Sequence {
     let run: Vec<usize> = rows.iter().map(|row| row.file).collect();
     let ordered = |row: &Row| match row.source {
-        Source::Reading if !hides_noise(row) => row.time_s,
+        ObservationKind::Reading if !hides_noise(row) => row.time_s,
         _ => f64::NAN,
     };
     let time: Vec<f64> = rows.iter().map(ordered).collect();
@@ -55,7 +55,7 @@ mod tests {
             let row = |i: i32| Row {
                 digit,
                 time_s: f64::from(i),
-                ..Row::bare(Source::Reading, 0.01, 0.003)
+                ..Row::bare(ObservationKind::Reading, 0.01, 0.003)
             };
             in_time(&(0..20).map(row).collect::<Vec<_>>()).has_neighbours()
         };

@@ -79,7 +79,7 @@ impl Coordinate {
 
 /// What kind of observation a row comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum ObservationKind {
     /// One reading of the lux meter.
     Reading,
     /// One bin of a sensor map.
@@ -92,7 +92,7 @@ pub enum Source {
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     /// What it is.
-    pub source: Source,
+    pub source: ObservationKind,
     /// Number of the observation file that it comes from.
     pub file: usize,
     /// Number of the map (bins), of the block (readings) or of the spectrum (samples) inside that file.
@@ -137,7 +137,7 @@ pub struct Row {
 
 impl Row {
     /// A row of which nothing but the value is known.
-    pub const fn bare(source: Source, measured: f64, u: f64) -> Self {
+    pub const fn bare(source: ObservationKind, measured: f64, u: f64) -> Self {
         const NONE: f64 = f64::NAN;
         Self {
             source,

@@ -2,8 +2,8 @@
 //! repeats.
 
 use isolux_diagnose::basis::Basis;
-use isolux_diagnose::noise::{Finding, Kind, Left, NoiseTest, strongest_place, test};
-use isolux_diagnose::table::{Coordinate, Row, Source};
+use isolux_diagnose::noise::{Finding, Kind, NoiseTest, Residuals, strongest_place, test};
+use isolux_diagnose::table::{Coordinate, ObservationKind, Row};
 use isolux_diagnose::whitening::Sequence;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt as _, SeedableRng};
@@ -27,7 +27,7 @@ fn plan(visits: bool) -> Vec<Row> {
                 travel: 1.0,
                 range: 1.0,
                 index: rows.len() as f64,
-                ..Row::bare(Source::Reading, 0.0, 0.01)
+                ..Row::bare(ObservationKind::Reading, 0.0, 0.01)
             });
         };
         for k in 0..29 {
@@ -64,7 +64,7 @@ fn of_left<T>(
     residual: &[f64],
     rho: f64,
     scale_and_unit: Option<(f64, f64)>,
-    ask: impl FnOnce(&Left<'_>) -> T,
+    ask: impl FnOnce(&Residuals<'_>) -> T,
 ) -> T {
     let runs = vec![0; rows.len()];
     let times: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
@@ -74,7 +74,7 @@ fn of_left<T>(
     let n = rows.len() as f64;
     let all = (whitened.norm_squared() / n).sqrt();
     let (scale, unit) = scale_and_unit.unwrap_or((all, all));
-    let left = Left {
+    let left = Residuals {
         rows,
         level,
         plain: DVector::from_column_slice(residual),

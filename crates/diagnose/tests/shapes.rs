@@ -68,9 +68,9 @@ fn whole(random: &mut ChaCha8Rng) -> Vec<Reading> {
     rows
 }
 
-/// The changes of a record: some rows left out, kinds alone, one direction, doubled without numbers; times that restart,
-/// stand still, jump by a week, run backwards, are not known, are of no record; numbers of the rows that are scrambled;
-/// zeros, negatives, uncertainties of any size.
+/// The changes of a record: some rows left out, kinds alone, one direction, doubled without numbers; times that
+/// restart, stand still, jump by a week, run backwards, are not known, are of no record; numbers of the rows that are
+/// scrambled; zeros, negatives, uncertainties of any size.
 fn change(rows: &mut Vec<Reading>, what: usize, random: &mut ChaCha8Rng) {
     let count = rows.len().max(1);
     match what {
@@ -141,7 +141,7 @@ fn csv(rows: &[Reading]) -> String {
 }
 
 /// What a diagnosis says of these rows, to the last bit, or what is wrong with them.
-fn said(folder: &Utf8Path, model: &Model, rows: &[Reading]) -> Result<String, String> {
+fn stated(folder: &Utf8Path, model: &Model, rows: &[Reading]) -> Result<String, String> {
     let file = folder.join("readings.csv");
     std::fs::write(&file, csv(rows)).unwrap();
     let observations = match open(&file, Need::Values) {
@@ -181,7 +181,7 @@ fn any_record_is_answered_and_its_order_changes_nothing() {
         let mut other = rows.clone();
         other.shuffle(&mut random);
         let of = |rows: &[Reading]| {
-            catch_unwind(AssertUnwindSafe(|| said(folder, &model, rows)))
+            catch_unwind(AssertUnwindSafe(|| stated(folder, &model, rows)))
                 .unwrap_or_else(|_| panic!("a panic in the record of changes {what:?}"))
         };
         let (first, again) = (of(&rows), of(&other));

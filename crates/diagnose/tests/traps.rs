@@ -1,10 +1,10 @@
 //! Mistakes that a diagnosis can make, one test each, on a bench of a few lines with a known law.
 
+use isolux_diagnose::alternatives::alternatives;
 use isolux_diagnose::forward::{Forward, Hypothesis, Searchable, Spread};
 use isolux_diagnose::reference::Errors;
-use isolux_diagnose::rivals::rivals;
 use isolux_diagnose::search::{Label, Outcome, Settings, search};
-use isolux_diagnose::table::{Light, Row, Source};
+use isolux_diagnose::table::{Light, ObservationKind, Row};
 use nalgebra::DVector;
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -62,7 +62,7 @@ impl Toy {
                     rows.push(Row {
                         light,
                         time_s: *time_s,
-                        ..Row::bare(Source::Reading, 0.0, 0.05)
+                        ..Row::bare(ObservationKind::Reading, 0.0, 0.05)
                     });
                 }
             }
@@ -80,7 +80,7 @@ impl Toy {
                     c_deg,
                     gamma_deg,
                     travel,
-                    ..Row::bare(Source::Reading, 0.0, 0.0)
+                    ..Row::bare(ObservationKind::Reading, 0.0, 0.0)
                 });
             }
         }
@@ -222,8 +222,8 @@ fn the_level_is_the_models() {
     let order: Vec<usize> = (0..toy.rows.len()).collect();
     let (one, two) = (toy.measured(&[], 0.0, 1), toy.measured(&[], 0.0, 2));
     let values = |rows: &[Row]| -> Vec<f64> {
-        let patterns = rivals(rows, &level, &order);
-        let columns = patterns.iter().flat_map(|rival| &rival.columns);
+        let patterns = alternatives(rows, &level, &order);
+        let columns = patterns.iter().flat_map(|alternative| &alternative.columns);
         columns.flat_map(|column| column.values(rows)).collect()
     };
     assert!(values(&one) == values(&two), "no pattern depends on what was read");
@@ -287,7 +287,7 @@ fn no_prior_settles_what_the_data_cannot() {
         ..searchable("backlash", 0.05, 0.3, false, vec![vec![100.0]; 60])
     };
     let outcome = toy.diagnose(&toy.measured(&[hidden(ZERO, 0.1, &[])], 0.0, 3));
-    let ranked = &outcome.rivalries[0].ranked;
+    let ranked = &outcome.comparisons[0].ranked;
     let both: Vec<f64> = [ZERO, BACKLASH]
         .iter()
         .map(|&effect| {
@@ -362,7 +362,7 @@ fn opposite_offsets_are_both_found() {
 fn twins_make_a_set() {
     let toy = Toy::new(8, false, true);
     let outcome = toy.diagnose(&toy.measured(&[hidden(ZERO, 0.2, &[])], 0.0, 11));
-    let top: Vec<usize> = outcome.rivalries[0]
+    let top: Vec<usize> = outcome.comparisons[0]
         .ranked
         .iter()
         .take(2)
@@ -372,12 +372,12 @@ fn twins_make_a_set() {
         })
         .collect();
     assert!(top.contains(&ZERO) && top.contains(&BACKLASH));
-    assert!(outcome.rivalries[0].ranked[0].posterior < 0.9);
+    assert!(outcome.comparisons[0].ranked[0].posterior < 0.9);
     let both_ways = Toy::new(8, true, true);
     let outcome = both_ways.diagnose(&both_ways.measured(&[hidden(ZERO, 0.2, &[])], 0.0, 11));
     assert_eq!(names(&both_ways, &outcome), ["zero"]);
     assert!(
-        outcome.rivalries[0].ranked[0].posterior > 0.9,
+        outcome.comparisons[0].ranked[0].posterior > 0.9,
         "two directions of travel tell them apart"
     );
 }
@@ -391,7 +391,7 @@ fn an_open_shape_is_no_mark_against_a_name() {
         let outcome = toy.diagnose(&toy.measured(&[hidden(WARMUP, 0.06, &[1700.0])], 0.0, seed));
         let posterior = |effect: usize| {
             let of = |ranked: &&isolux_diagnose::search::Ranked| ranked.label == Label::Named(effect);
-            outcome.rivalries[0]
+            outcome.comparisons[0]
                 .ranked
                 .iter()
                 .find(of)
@@ -425,8 +425,8 @@ fn blind_spots_show() {
     );
 }
 
-/// Smooth terms explode where no reading holds them: nine even terms, a cone of 20° read densely and one angle far out.
-/// The noise of the cone must not be blown up between the two.
+/// Smooth terms explode where no reading holds them: nine even terms, a cone of 20° read densely and one angle far
+/// out. The noise of the cone must not be blown up between the two.
 #[test]
 fn smooth_terms_do_not_run_away_off_the_data() {
     use isolux_diagnose::diagnosis::diagnose;

@@ -71,14 +71,14 @@ impl Fault {
 
 /// The text of a document and the file that it came from.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<'a> {
+pub struct SourceText<'a> {
     /// The file, for messages.
     pub file: &'a Utf8Path,
     /// Its whole text.
     pub text: &'a str,
 }
 
-impl Source<'_> {
+impl SourceText<'_> {
     /// Parses the document and checks that its `format` is `format`.
     ///
     /// # Errors
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn every_fault_has_its_line() {
-        let source = |text| Source {
+        let source = |text| SourceText {
             file: Utf8Path::new("toy.toml"),
             text,
         };
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn a_domain_fault_points_at_the_key_or_at_what_should_hold_it() {
         let text = "format = \"x\"\n[[block]]\nname = \"a\"\n[[block]]\nname = \"b\"\nkind = 3\n";
-        let source = Source {
+        let source = SourceText {
             file: Utf8Path::new("p.toml"),
             text,
         };

@@ -194,35 +194,38 @@ mod tests {
 
     #[test]
     fn a_wrong_type_names_its_key_and_the_remedy() {
-        let told = |line: &str| {
+        let described = |line: &str| {
             let text = format!("[[other]]\nx = 1\n[lamp]\n{line}\n[last]\n");
             explain(&text, &toml::from_str::<Toy>(&text).unwrap_err())
         };
         assert_eq!(
-            told("on = 1"),
+            described("on = 1"),
             "`lamp.on` is the number 1; true or false is needed, as in on = true"
         );
         assert_eq!(
-            told("count = -3"),
+            described("count = -3"),
             "`lamp.count` is the number -3; a whole number of zero or more is needed, as in count = 3"
         );
         assert_eq!(
-            told("name = [1]"),
+            described("name = [1]"),
             "`lamp.name` is a list; text in quotes is needed, as in name = \"text\""
         );
         assert_eq!(
-            told("level = \"0,5 %\""),
+            described("level = \"0,5 %\""),
             "`lamp.level` is the text \"0,5 %\"; a number is needed, as in level = 0.005"
         );
         assert_eq!(
-            told("level = 0.4 %"),
+            described("level = 0.4 %"),
             "a percentage is written as a fraction: level = 0.004"
         );
-        assert_eq!(told("level = -1,25 # V"), "numbers have a decimal point: level = -1.25");
-        assert!(!told("level = 1.5 extra").contains("decimal"));
+        assert_eq!(
+            described("level = -1,25 # V"),
+            "numbers have a decimal point: level = -1.25"
+        );
+        assert!(!described("level = 1.5 extra").contains("decimal"));
         let unknown = toml::from_str::<Strict>("nothing = 180").unwrap_err();
         assert!(explain("nothing = 180", &unknown).starts_with("unknown field `nothing`"));
-        assert!(told("limit_deg = [1.0]").starts_with("`lamp.limit_deg` is a list of 1; a list of two is needed"));
-        assert!(told("parts = [1.0, \"x\"]").starts_with("`lamp.parts.1` is the text \"x\"; a number is needed"));
+        assert!(described("limit_deg = [1.0]").starts_with("`lamp.limit_deg` is a list of 1; a list of two is needed"));
+        assert!(described("parts = [1.0, \"x\"]").starts_with("`lamp.parts.1` is the text \"x\"; a number is needed"));
     }
 }

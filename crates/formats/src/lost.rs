@@ -132,9 +132,9 @@ fn sets_lost(sets: &[Value], target: Format) -> Vec<String> {
         lost.push(format!("{} lamp sets after the first", sets.len() - 1));
     }
     for key in ["colour_appearance", "colour_rendering"] {
-        let said = sets.first().and_then(|set| set[key].as_str()).unwrap_or_default();
-        let number = decimal(said).is_some();
-        let kept = matches!(said, "" | "0") || (target == Format::TM33 && number);
+        let stated = sets.first().and_then(|set| set[key].as_str()).unwrap_or_default();
+        let number = decimal(stated).is_some();
+        let kept = matches!(stated, "" | "0") || (target == Format::TM33 && number);
         if !kept {
             lost.push(key.to_owned());
         }

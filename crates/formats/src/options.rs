@@ -44,7 +44,7 @@ impl WriteOptions {
     /// Decisions that the format does not know are no mistake to be passed over.
     pub(crate) fn only_for(&self, format: Format) -> Result<(), Finding> {
         let (lm63, editions) = (format == Format::IES, matches!(format, Format::IES | Format::TM33));
-        let asked = [
+        let requested = [
             (
                 self.photometry.is_some() && !lm63,
                 "only IES files have photometry of types A and B",
@@ -61,7 +61,7 @@ impl WriteOptions {
                 "write an .ies or .xml, or leave --edition out",
             ),
         ];
-        match asked.into_iter().find(|(wrong, ..)| *wrong) {
+        match requested.into_iter().find(|(wrong, ..)| *wrong) {
             Some((_, message, fix)) => Err(Finding::error("convert-option", message).fix(fix)),
             None => Ok(()),
         }

@@ -24,7 +24,7 @@ fn written(distribution: &Distribution, photometry: Option<Photometry>) -> (Dist
 }
 
 /// The same description with another light.
-fn lit(of: impl Fn(f64, f64) -> f64, gamma_end: usize) -> Distribution {
+fn illuminated(of: impl Fn(f64, f64) -> f64, gamma_end: usize) -> Distribution {
     let c_deg: Vec<f64> = (0..72).map(|plane| f64::from(plane) * 5.0).collect();
     let gamma_deg: Vec<f64> = (0..=gamma_end).map(|gamma| gamma as f64).collect();
     let candela = c_deg
@@ -59,7 +59,7 @@ fn a_table_of_type_a_or_b_is_written_as_it_was_read() {
 fn a_turned_table_says_the_light_of_each_direction() {
     // Up and to the right there is more light: nothing is symmetric.
     let light = |right: f64, up: f64, axis: f64| 100.0 * axis.max(0.0).powi(2) * (1.0 + 0.4 * right + 0.2 * up);
-    let source = lit(
+    let source = illuminated(
         |c, gamma| {
             let ((sin_c, cos_c), (sin_g, cos_g)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
             light(sin_g * cos_c, sin_g * sin_c, cos_g)
@@ -93,7 +93,7 @@ fn a_turned_table_says_the_light_of_each_direction() {
 
 #[test]
 fn left_like_right_is_kept_as_lateral_symmetry_and_light_behind_is_said() {
-    let even = lit(|_, gamma| 50.0 * (1.0 + gamma.to_radians().cos()), 180);
+    let even = illuminated(|_, gamma| 50.0 * (1.0 + gamma.to_radians().cos()), 180);
     let (back, findings) = written(&even, Some(Photometry::B));
     let native = back.native.unwrap();
     assert_eq!(native.horizontal_deg[0], 0.0);

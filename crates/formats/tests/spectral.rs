@@ -645,10 +645,10 @@ fn what_a_program_could_not_compute_is_left_out_where_there_is_no_light() {
     let text = "nm,v\n300,nan\n340,1\n360,inf\n400,2\n440,3\n480,4\n900,nan\n";
     let (file, findings) = spectrum(text, "x.csv");
     assert_eq!(file.wavelength_nm, [340.0, 400.0, 440.0, 480.0]);
-    let said = findings.iter().find(|finding| finding.code == "csv-nan").unwrap();
+    let stated = findings.iter().find(|finding| finding.code == "csv-nan").unwrap();
     assert!(
-        said.severity == Severity::Warning && said.message.starts_with("3 "),
-        "{said:?}"
+        stated.severity == Severity::Warning && stated.message.starts_with("3 "),
+        "{stated:?}"
     );
     assert_eq!(refusal(&text.replace("440,3", "440,nan"), "x.csv"), Some("csv-number"));
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_photometry::DistributionError;
-use isolux_record::document::{DocumentError, Fault, Source, read_text};
+use isolux_record::document::{DocumentError, Fault, SourceText, read_text};
 
 use crate::document::{
     LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, ShapeTrust, Trust, Uncertainty, UncertaintyScale,
@@ -73,13 +73,13 @@ impl Model {
     /// # Errors
     /// As [`Model::load`].
     pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
-        let source = Source { file: path, text };
+        let source = SourceText { file: path, text };
         let document: ModelDocument = source.parse(MODEL_FORMAT)?;
         Self::build(source, document.luminaire, document.noise, &document.effect)
     }
 
     pub(crate) fn build(
-        source: Source<'_>,
+        source: SourceText<'_>,
         document: LuminaireDocument,
         noise: Option<NoiseDocument>,
         effect: &[toml::Table],

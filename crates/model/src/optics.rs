@@ -2,7 +2,7 @@
 //! spectra over angle, the camera's electronics. The tables of `scene.toml`, read and checked.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::document::{DocumentError, Fault, Source, read_text};
+use isolux_record::document::{DocumentError, Fault, SourceText, read_text};
 use isolux_spectrum::Spectrum;
 use serde::Deserialize;
 
@@ -180,7 +180,7 @@ pub(crate) struct Tables<'a> {
 }
 
 /// Reads the files that the tables name and checks every number.
-pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, DocumentError> {
+pub(crate) fn read(source: SourceText<'_>, tables: &Tables<'_>) -> Result<Optics, DocumentError> {
     let reader = Reader { source };
     let mut windows = Vec::new();
     for (index, window) in tables.window.iter().enumerate() {
@@ -257,7 +257,7 @@ pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, Do
 
 /// The text that keys are checked against, so that every fault has its line.
 pub(crate) struct Reader<'a> {
-    pub source: Source<'a>,
+    pub source: SourceText<'a>,
 }
 
 impl Reader<'_> {

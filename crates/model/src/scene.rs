@@ -2,7 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use glam::DVec2;
-use isolux_record::document::{DocumentError, Source, read_text};
+use isolux_record::document::{DocumentError, SourceText, read_text};
 
 use crate::document::{Accuracy, SCENE_FORMAT, SceneDocument, effect_from_table};
 use crate::model::Model;
@@ -67,7 +67,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
-        Self::build(Source { file: path, text }, None)
+        Self::build(SourceText { file: path, text }, None)
     }
 
     /// The same scene with `model` in place of the model or luminaire that it names, which need not be there.
@@ -75,10 +75,10 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse_with(path: &Utf8Path, text: &str, model: &Model) -> Result<Self, DocumentError> {
-        Self::build(Source { file: path, text }, Some(model))
+        Self::build(SourceText { file: path, text }, Some(model))
     }
 
-    fn build(source: Source<'_>, model: Option<&Model>) -> Result<Self, DocumentError> {
+    fn build(source: SourceText<'_>, model: Option<&Model>) -> Result<Self, DocumentError> {
         let document: SceneDocument = source.parse(SCENE_FORMAT)?;
         let reader = Reader { source };
         let model = lit_by(&reader, &document, model)?;

@@ -314,7 +314,7 @@ fn an_effect_changes_its_own_stages_and_no_other() {
 #[test]
 fn what_the_bench_adds_to_a_reading_can_be_taken_out() {
     let base = model();
-    let lit: Vec<ReadingCoordinates> = readings()
+    let illuminated: Vec<ReadingCoordinates> = readings()
         .into_iter()
         .filter(|at| at.kind == ReadingKind::Lit)
         .collect();
@@ -335,8 +335,10 @@ fn what_the_bench_adds_to_a_reading_can_be_taken_out() {
             })
             .collect();
         let model = base.with_effects(vec![Effect::new(spec, &values).unwrap()]);
-        let corrected = model.correct_readings(&lit, &model.predict_readings(&lit)).unwrap();
-        for (at, corrected) in lit.iter().zip(corrected) {
+        let corrected = model
+            .correct_readings(&illuminated, &model.predict_readings(&illuminated))
+            .unwrap();
+        for (at, corrected) in illuminated.iter().zip(corrected) {
             let truth = base
                 .luminaire()
                 .distribution()
@@ -354,7 +356,7 @@ fn what_the_bench_adds_to_a_reading_can_be_taken_out() {
     ]);
     assert_eq!(
         aperture
-            .correct_readings(&lit, &vec![1.0; lit.len()])
+            .correct_readings(&illuminated, &vec![1.0; illuminated.len()])
             .unwrap_err()
             .effect,
         "detector_aperture"

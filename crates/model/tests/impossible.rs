@@ -120,12 +120,14 @@ fn every_number_that_cannot_be_is_refused_at_its_line() {
                 let mut text = lines.clone();
                 let changed = format!("{key} = {changed}");
                 text[index] = &changed;
-                let told = folder.scene(&text.join("\n"));
-                let told = told.map(|_| ()).expect_err(&format!("line {}: {changed}", index + 1));
+                let described = folder.scene(&text.join("\n"));
+                let described = described
+                    .map(|_| ())
+                    .expect_err(&format!("line {}: {changed}", index + 1));
                 // The numbers of a refit are judged together.
-                let own = told.starts_with(&format!("scene.toml:{}:", index + 1));
-                let together = told.contains("luminaire.refined: its numbers");
-                assert!(own || together, "{changed}: {told}");
+                let own = described.starts_with(&format!("scene.toml:{}:", index + 1));
+                let together = described.contains("luminaire.refined: its numbers");
+                assert!(own || together, "{changed}: {described}");
                 tried += 1;
             }
         }
@@ -136,31 +138,31 @@ fn every_number_that_cannot_be_is_refused_at_its_line() {
 #[test]
 fn counts_beyond_memory_are_refused() {
     let folder = Folder::new();
-    let told = |from: &str, to: &str| {
+    let described = |from: &str, to: &str| {
         assert!(SCENE.contains(from));
         folder.scene(&SCENE.replace(from, to)).unwrap_err()
     };
-    let pixels = told("pixels = [4, 2]", "pixels = [50000, 50000]");
+    let pixels = described("pixels = [4, 2]", "pixels = [50000, 50000]");
     assert!(
         pixels.contains("sensor.pixels: 50000 × 50000 pixels; at most"),
         "{pixels}"
     );
-    assert!(told("pixels = [4, 2]", "pixels = 0").contains("sensor.pixels: 0 is not within 1 to"));
+    assert!(described("pixels = [4, 2]", "pixels = 0").contains("sensor.pixels: 0 is not within 1 to"));
     let disc = "shape = \"disc\"\ndiameter_mm = 1.0";
     let leds = "shape = \"leds\"\nradius_mm = [10.0]\ncount = [4000000000]";
-    assert!(told(disc, leds).contains("4000000000 LEDs; at most"));
+    assert!(described(disc, leds).contains("4000000000 LEDs; at most"));
 }
 
 #[test]
 fn wrong_types_name_the_key_and_what_is_needed() {
     let folder = Folder::new();
-    let told = |from: &str, to: &str| folder.scene(&SCENE.replace(from, to)).unwrap_err();
-    let pixels = told("pixels = [4, 2]", "pixels = [inf, 64]");
+    let described = |from: &str, to: &str| folder.scene(&SCENE.replace(from, to)).unwrap_err();
+    let pixels = described("pixels = [4, 2]", "pixels = [inf, 64]");
     assert!(
         pixels.starts_with("scene.toml:35:") && pixels.contains("sensor.pixels") && pixels.contains("whole numbers"),
         "{pixels}"
     );
-    let distance = told("distance_mm = 500.0", "distance_mm = \"500\"");
+    let distance = described("distance_mm = 500.0", "distance_mm = \"500\"");
     assert!(
         distance.contains("`sensor.distance_mm` is the text \"500\"; a number is needed, as in distance_mm = 500"),
         "{distance}"
@@ -181,13 +183,16 @@ fn files_that_are_none_are_refused_where_they_are_named() {
         ),
         ("time_s = 10.0", "responsivity = \"absent.csv\"", 41),
     ] {
-        let told = folder.scene(&SCENE.replace(from, to)).unwrap_err();
-        assert!(told.starts_with(&format!("scene.toml:{line}:1: ")), "{to}: {told}");
+        let described = folder.scene(&SCENE.replace(from, to)).unwrap_err();
+        assert!(
+            described.starts_with(&format!("scene.toml:{line}:1: ")),
+            "{to}: {described}"
+        );
     }
     let elsewhere =
         "format = \"isolux-scene/1\"\nmodel = \"absent.toml\"\n[sensor]\nsize_mm = 1\npixels = 1\ndistance_mm = 1\n";
-    let told = folder.scene(elsewhere).unwrap_err();
-    assert!(told.starts_with("scene.toml:2:1: model: "), "{told}");
+    let described = folder.scene(elsewhere).unwrap_err();
+    assert!(described.starts_with("scene.toml:2:1: model: "), "{described}");
     // With a model from elsewhere the one that is named need not be there.
     let lamp = read_distribution(&folder.path("d.csv")).unwrap();
     let model = Model::of(Luminaire::new(lamp, Emitter::Point {}, Spectral::None));
@@ -206,6 +211,6 @@ fn an_effect_that_replaces_the_emitter_twice_is_refused_wherever_the_model_stand
     let text = format!(
         "format = \"isolux-scene/1\"\nmodel = \"m.toml\"\n{near}[sensor]\nsize_mm = 1\npixels = 1\ndistance_mm = 100\n"
     );
-    let told = folder.scene(&text).unwrap_err();
-    assert!(told.contains("`near_field` is there twice"), "{told}");
+    let described = folder.scene(&text).unwrap_err();
+    assert!(described.contains("`near_field` is there twice"), "{described}");
 }

@@ -98,7 +98,7 @@ function draw() {
   if (!model.outline || !live) return;
   cards();
   readings();
-  gates();
+  checks();
   polar.draw(model);
   curve.draw(model);
   grid.draw(model);
@@ -226,7 +226,7 @@ function largestDrift(references) {
   return -low > high ? low : high;
 }
 
-function gates() {
+function checks() {
   const look = model.warmUps.at(-1);
   const { spread_rel: allowed, drift_rel: band } = model.outline;
   const drift = largestDrift(model.references);
@@ -239,11 +239,11 @@ function gates() {
     model.flagged ? ["shut", `${model.flagged} reading${model.flagged > 1 ? "s" : ""} flagged`] : ["open", "No reading flagged"],
   ];
   const shown = JSON.stringify(list);
-  if (shown === gates.shown) return;
-  gates.shown = shown;
-  $("gates").replaceChildren(...list.map(([gate, words]) => {
+  if (shown === checks.shown) return;
+  checks.shown = shown;
+  $("checks").replaceChildren(...list.map(([state, words]) => {
     const item = document.createElement("li");
-    item.dataset.gate = gate;
+    item.dataset.check = state;
     item.textContent = words;
     return item;
   }));

@@ -60,8 +60,8 @@ class Rays extends Chart {
 
 export class Simulation {
   constructor() {
-    this.ask = latest((asked) => this.#ask(asked));
-    this.count = latest((asked) => this.#count(asked));
+    this.ask = latest((requested) => this.#ask(requested));
+    this.count = latest((requested) => this.#count(requested));
     this.map = new SensorMap($("lit-map"), { title: "Now (B)" });
     this.pinned = new SensorMap($("lit-map"), { title: "Pinned (A)" });
     this.gap = new SensorMap($("lit-map"), { title: "Difference A − B", signed: true });
@@ -81,14 +81,14 @@ export class Simulation {
     this.ask({});
   }
 
-  async #ask(asked) {
+  async #ask(requested) {
     try {
-      this.b = await study({ study: "lit", asked });
-      if (!this.scales) this.#sliders(this.b.asked);
-      if (Object.keys(asked).length === 0) this.#set(this.b.asked);
+      this.b = await study({ study: "illuminated", requested });
+      if (!this.scales) this.#sliders(this.b.requested);
+      if (Object.keys(requested).length === 0) this.#set(this.b.requested);
       this.#draw();
       clearTimeout(this.settled);
-      this.settled = setTimeout(() => this.count(this.b.asked), 400);
+      this.settled = setTimeout(() => this.count(this.b.requested), 400);
     } catch (error) {
       $("lit-text").textContent = error.message;
       for (const id of ["sliders", "lit-numbers"]) $(id).replaceChildren();
@@ -97,9 +97,9 @@ export class Simulation {
     }
   }
 
-  async #count(asked) {
+  async #count(requested) {
     try {
-      this.counted = await study({ study: "convergence", asked });
+      this.counted = await study({ study: "convergence", requested });
       this.rays.draw(this.counted);
     } catch (error) {
       $("rays-text").textContent = error.message;
@@ -135,8 +135,8 @@ export class Simulation {
     for (const id of ["pin", "as-scene"]) $(id).disabled = !b;
     $("unpin").disabled = !a;
     if (!b) return;
-    const where = ({ asked }) => this.scales.map(([key, , unit]) => `${significant(asked[key], 4)} ${unit}`).join(", ");
-    for (const [key, , unit] of this.scales) $(`value-${key}`).textContent = `${significant(b.asked[key], 4)} ${unit}`;
+    const where = ({ requested }) => this.scales.map(([key, , unit]) => `${significant(requested[key], 4)} ${unit}`).join(", ");
+    for (const [key, , unit] of this.scales) $(`value-${key}`).textContent = `${significant(b.requested[key], 4)} ${unit}`;
     const of = (stand, name) => stand.numbers.find((one) => one.name === name)?.value ?? "–";
     const rows = b.numbers.map((one) => [one.name, stated(one.value, a ? `A: ${of(a, one.name).split(", no uncertainty")[0]}` : null)]);
     if (a && a.unit === b.unit) rows.push(["mean, B ÷ A", significant(b.mean / a.mean, 5)]);

@@ -29,10 +29,10 @@ export function untilSteady(looks, allowed) {
 export function warmUpLeft({ warmUps, outline }) {
   const last = warmUps.at(-1);
   const least = Math.max(outline.least_s, outline.window_s);
-  const gate = Math.max(0, least - (last?.lamp_s ?? 0));
+  const leastLeft = Math.max(0, least - (last?.lamp_s ?? 0));
   const full = last && last.spread_rel !== null;
   const steady = full ? untilSteady(warmUps, outline.spread_rel) : 0;
-  return { gate, least, full: Boolean(full), left_s: steady === null ? null : Math.max(gate, steady) };
+  return { leastLeft, least, full: Boolean(full), left_s: steady === null ? null : Math.max(leastLeft, steady) };
 }
 
 export class Warming {
@@ -45,14 +45,14 @@ export class Warming {
   }
 
   draw(model, times) {
-    const { gate, least, full, left_s } = warmUpLeft(model);
+    const { leastLeft, least, full, left_s } = warmUpLeft(model);
     const last = model.warmUps.at(-1);
     const on = last?.lamp_s ?? 0;
     const here = left_s !== null && model.outline.in_memory && times ? `; ${duration(left_s / times)} at ${times} times the speed` : "";
     // Before the window is full nobody knows how the lamp goes on after the least time.
     const [number, why] = model.state === "homing" ? ["The axes search their reference.", "Then the lamp is switched on and watched."]
       : left_s === null ? ["Time left not known", "The light does not become steadier; it is watched until it does."]
-        : [`${full ? "About" : "At least"} ${duration(left_s)} left`, `${left_s > gate ? "until the light is steady" : "by the least time on"}${here}`];
+        : [`${full ? "About" : "At least"} ${duration(left_s)} left`, `${left_s > leastLeft ? "until the light is steady" : "by the least time on"}${here}`];
     this.#say("warm-left", number);
     this.#say("warm-why", why);
     const { spread_rel: allowed, window_s } = model.outline;

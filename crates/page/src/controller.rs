@@ -291,7 +291,7 @@ impl Controller {
     /// What changes often: cheap.
     pub fn tick(&self) {
         let control = locked(&self.control).clone();
-        let by = control.and_then(|control| control.pause.asked());
+        let by = control.and_then(|control| control.pause.requested());
         self.broadcast.status(|status| status.pause_asked = by);
     }
 
@@ -404,10 +404,13 @@ mod tests {
             controller.broadcast().status_now().pause_asked.as_deref(),
             Some("the page")
         );
-        assert_eq!(control.pause.asked().as_deref(), Some("the page"));
+        assert_eq!(control.pause.requested().as_deref(), Some("the page"));
         controller.command(&parsed(r#"{"command":"resume"}"#)).unwrap();
         assert_eq!(
-            (control.pause.asked(), controller.broadcast().status_now().pause_asked),
+            (
+                control.pause.requested(),
+                controller.broadcast().status_now().pause_asked
+            ),
             (None, None)
         );
         controller.command(&parsed(r#"{"command":"abort"}"#)).unwrap();

@@ -9,7 +9,7 @@ use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse as _, Response};
 use isolux_app::Failure;
 use isolux_app::drawing::{PolarSoFar, polar_so_far};
-use isolux_app::study::what_if::{self, Asked, WhatIf};
+use isolux_app::study::what_if::{self, Variation, WhatIf};
 use isolux_app::study::{card, diagnosed, next, results};
 use serde::{Deserialize, Serialize};
 
@@ -25,9 +25,9 @@ enum Study {
     /// The results, without these corrections; none: as they lie in the folder.
     Results { without: Option<Vec<String>> },
     /// The sensor in a pose.
-    Lit { asked: Asked },
+    Illuminated { requested: Variation },
     /// Rays against the noise-free solution in that pose.
-    Convergence { asked: Asked },
+    Convergence { requested: Variation },
     /// The newest diagnosis.
     Diagnosis {},
     /// The plan of a proposal.
@@ -41,8 +41,8 @@ impl Study {
         match self {
             Self::Card { run } => json(&card::card(&controller.named(run)?)?),
             Self::Results { without } => json(&results::results(&controller.run()?, without.as_deref())?),
-            Self::Lit { asked } => json(&what_if.lit(&controller.run()?, asked)?),
-            Self::Convergence { asked } => json(&what_if::convergence(&controller.run()?, asked)?),
+            Self::Illuminated { requested } => json(&what_if.illuminated(&controller.run()?, requested)?),
+            Self::Convergence { requested } => json(&what_if::convergence(&controller.run()?, requested)?),
             Self::Diagnosis {} => json(&diagnosed::diagnosed(&controller.run()?)?),
             Self::Next { number } => json(&next::shown(&controller.run()?, *number)?),
             Self::Polar { so_far } => json(&serde_json::json!({ "svg": polar_so_far(so_far) })),

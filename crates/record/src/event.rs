@@ -209,12 +209,12 @@ pub struct WarmUp {
     pub spread_rel: Option<f64>,
     /// The power; none without a power meter.
     #[serde(flatten)]
-    pub power: Option<PowerLook>,
+    pub power: Option<PowerSample>,
 }
 
 /// The power at a look at the lamp.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct PowerLook {
+pub struct PowerSample {
     /// Active power; none where the meter gave no number. A line without the key is of a bench without a power meter.
     #[serde(deserialize_with = "Option::deserialize")]
     pub power_w: Option<f64>,

@@ -3,7 +3,7 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::{Deserialize, Serialize};
 
-use crate::document::{DocumentError, Fault, Source, read_text};
+use crate::document::{DocumentError, Fault, SourceText, read_text};
 use crate::subject::{Commission, Luminaire, Subject};
 
 /// Value of `format` in a job file.
@@ -49,7 +49,7 @@ impl Job {
     /// [`DocumentError`] with file and line.
     pub fn load(file: &Utf8Path) -> Result<Self, DocumentError> {
         let text = read_text(file)?;
-        let source = Source { file, text: &text };
+        let source = SourceText { file, text: &text };
         let job: JobDocument = source.parse(FORMAT)?;
         let subject = Subject {
             luminaire: job.luminaire,

@@ -6,7 +6,7 @@ use camino::Utf8Path;
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::document::{DocumentError, Fault, Source, read_text};
+use crate::document::{DocumentError, Fault, SourceText, read_text};
 use crate::limits::{Limits, LimitsDocument};
 use crate::reading::ReadingKind;
 use crate::station::valid::block_distance;
@@ -186,7 +186,7 @@ impl Plan {
     /// # Errors
     /// [`DocumentError`] with file and line.
     pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
-        let source = Source { file, text };
+        let source = SourceText { file, text };
         Self::try_from(source.parse::<PlanDocument>(FORMAT)?).map_err(|fault| source.locate(&fault))
     }
 
@@ -425,9 +425,9 @@ repeats = 20
     #[test]
     fn spells_out_the_grid_of_the_day() {
         let plan = Plan::parse(Utf8Path::new("p.toml"), PLAN).unwrap();
-        let lit = &plan.blocks()[0];
-        assert_eq!((lit.c_deg.len(), lit.gamma_deg.len()), (25, 91));
-        assert_eq!((lit.c_deg[24], lit.gamma_deg[90]), (360.0, 180.0));
+        let illuminated = &plan.blocks()[0];
+        assert_eq!((illuminated.c_deg.len(), illuminated.gamma_deg.len()), (25, 91));
+        assert_eq!((illuminated.c_deg[24], illuminated.gamma_deg[90]), (360.0, 180.0));
         assert_eq!(plan.blocks()[1].c_deg, [0.0]);
         let tenths = PLAN.replace("[0.0, 180.0, 2.0]", "[-1.0, 1.0, 0.1]");
         let plan = Plan::parse(Utf8Path::new("p.toml"), &tenths).unwrap();

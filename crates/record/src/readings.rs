@@ -255,18 +255,18 @@ pub(crate) mod tests {
 
     #[test]
     fn what_the_power_meter_gave_has_a_cell_each_and_what_it_did_not_an_empty_one() {
-        let mut lit = reading(0);
-        lit.electrical = Electrical {
+        let mut illuminated = reading(0);
+        illuminated.electrical = Electrical {
             voltage_v: Some(230.25),
             current_a: None,
             power_w: Some(9.5),
             power_factor: Some(-0.93),
         };
-        let text = of(&[lit.clone(), reading(1)]);
+        let text = of(&[illuminated.clone(), reading(1)]);
         let row = text.lines().nth(1).unwrap();
         assert!(row.contains(",02,230.25,,9.5,-0.93,0,1,1800.25,"), "{row}");
         let read = parse(text.as_bytes()).unwrap().rows;
-        assert_eq!((&read[0], read[1].electrical), (&lit, Electrical::default()));
+        assert_eq!((&read[0], read[1].electrical), (&illuminated, Electrical::default()));
         for word in ["NAN", "inf", "9.91E37V"] {
             let mut row = row.replacen(",9.5,", &format!(",{word},"), 1);
             row.truncate(row.rfind(',').unwrap() + 1);

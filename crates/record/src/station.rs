@@ -14,7 +14,7 @@ pub use self::document::{
 };
 pub use self::ratio::{NotARatio, Ratio};
 pub use self::traceability::Traceability;
-use crate::document::{DocumentError, Fault, Source, read_text};
+use crate::document::{DocumentError, Fault, SourceText, read_text};
 
 /// Value of `format` in a station file.
 pub const FORMAT: &str = "isolux-station/1";
@@ -38,7 +38,7 @@ impl Station {
     /// # Errors
     /// [`DocumentError`] with file and line.
     pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
-        let source = Source { file, text };
+        let source = SourceText { file, text };
         Self::try_from(source.parse::<StationDocument>(FORMAT)?).map_err(|fault| source.locate(&fault))
     }
 

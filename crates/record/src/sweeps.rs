@@ -200,7 +200,7 @@ impl SweepRecord {
         let (mut positions, mut light) = (Vec::new(), Vec::new());
         for (line, row) in lines {
             let fields: Vec<&str> = row.split(',').collect();
-            let [what, asked, answered, value, digit, raw, crc] = fields.as_slice() else {
+            let [what, requested, answered, value, digit, raw, crc] = fields.as_slice() else {
                 return Err(fault(line, format!("{} columns, expected 7", fields.len())));
             };
             let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
@@ -218,7 +218,7 @@ impl SweepRecord {
                     gamma_deg: number(value)?,
                 }),
                 "illuminance_lx" => light.push(LightSample {
-                    asked_s: number(asked)?,
+                    asked_s: number(requested)?,
                     answered_s,
                     illuminance_lx: if value.is_empty() { None } else { Some(number(value)?) },
                     digit_lx: number(digit)?,

@@ -4,7 +4,7 @@ use isolux_record::{Quality, Reading, ReadingKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::levels::{Level, Levels, Subtract};
+use crate::background::{Background, Level, Subtract};
 
 /// Intensity on the axis as it appears from a distance: equal at all of them where the inverse square law holds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,13 +29,13 @@ pub fn other_distances(all: &[Reading], main_mm: f64, subtract: Subtract) -> Vec
         .chunk_by(|a, b| a.distance_mm == b.distance_mm)
         .filter_map(|group| {
             let distance_mm = group[0].distance_mm;
-            let levels = Levels::of(all, distance_mm);
+            let background = Background::of(all, distance_mm);
             let level = Level::of(group.iter().copied())?;
             let per_lx = (distance_mm * 1e-3).powi(2);
-            let (noise, digit) = levels.u_lx(0.0, subtract);
+            let (noise, digit) = background.u_lx(0.0, subtract);
             Some(Apparent {
                 distance_mm,
-                intensity_cd: (level.mean_lx - levels.subtracted_lx(0.0, subtract)) * per_lx,
+                intensity_cd: (level.mean_lx - background.subtracted_lx(0.0, subtract)) * per_lx,
                 u_cd: level.u_lx().hypot(noise).hypot(digit) * per_lx,
             })
         })

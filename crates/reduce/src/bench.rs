@@ -4,7 +4,7 @@ use isolux_model::{BelongsTo, Effect, Model, NoInverse};
 use isolux_record::observation::ReadingCoordinates;
 use isolux_record::{Reading, ReadingKind};
 
-use crate::levels::Subtract;
+use crate::background::Subtract;
 use crate::samples::Corrected;
 
 /// The bench effects of a model, turned around.

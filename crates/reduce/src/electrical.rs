@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn efficacy_is_flux_over_mean_power_and_its_parts_add_in_squares() {
-        let lit = |watts: Option<f64>| Reading {
+        let illuminated = |watts: Option<f64>| Reading {
             electrical: Line {
                 voltage_v: Some(230.0),
                 power_w: watts,
@@ -106,7 +106,7 @@ mod tests {
             },
             ..reading(0.0, 0.0, 3.37)
         };
-        let rows = [lit(Some(9.9)), lit(None), lit(Some(10.1))];
+        let rows = [illuminated(Some(9.9)), illuminated(None), illuminated(Some(10.1))];
         let rows: Vec<&Reading> = rows.iter().collect();
         let flux = Quantity::new(1000.0, "lm", [("calibration", 8.0)]);
         let without = Electrical::of(&rows, &station(""), &flux).unwrap();

@@ -5,8 +5,8 @@ use isolux_record::observation::ReadingCoordinates;
 use isolux_record::{ReadingKind, Run};
 
 use crate::Reduction;
+use crate::background::Level;
 use crate::bench::table;
-use crate::levels::Level;
 
 /// The reduced distribution as a point source.
 pub fn far_field(reduction: &Reduction) -> Model {
@@ -21,20 +21,20 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no
-    /// such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than four
+    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is
+    /// no such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than four
     /// times its uncertainty: that stray light comes another way.
     pub fn of(run: &Run, reduction: &Reduction) -> Option<Self> {
         const TRIAL_ALBEDO: f64 = 0.1;
         // Of twenty γ one is more than three times its uncertainty away in 5 % of the days, more than four in 0.1 %.
         const WITHIN_U: f64 = 4.0;
         let height_mm = run.header.station.bench().floor_mm?;
-        let levels = &reduction.levels;
-        let off = levels.lamp_off.or(levels.capped)?;
-        if levels.baffled.is_empty() || !reduction.subtract.stray {
+        let background = &reduction.background;
+        let off = background.lamp_off.or(background.capped)?;
+        if background.baffled.is_empty() || !reduction.subtract.stray {
             return None;
         }
-        let at: Vec<ReadingCoordinates> = levels
+        let at: Vec<ReadingCoordinates> = background
             .baffled
             .iter()
             .map(|(gamma_deg, _)| ReadingCoordinates {
@@ -55,9 +55,9 @@ impl Floor {
             .predict_readings(&at);
         // A few repeats at one γ scatter by chance much less than they are uncertain: what all γ scatter by counts.
         let squared = |(_, level): &(f64, Level)| level.u_noise_lx * level.u_noise_lx;
-        let noise_lx = (levels.baffled.iter().map(squared).sum::<f64>() / levels.baffled.len() as f64).sqrt();
+        let noise_lx = (background.baffled.iter().map(squared).sum::<f64>() / background.baffled.len() as f64).sqrt();
         let of_level = |level: &Level| noise_lx.hypot(level.u_digit_lx).hypot(off.u_lx());
-        let stray: Vec<(f64, f64)> = levels
+        let stray: Vec<(f64, f64)> = background
             .baffled
             .iter()
             .map(|(_, level)| (level.mean_lx - off.mean_lx, of_level(level)))

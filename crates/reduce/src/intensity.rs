@@ -3,16 +3,16 @@
 use isolux_record::{Reading, ReadingKind, Run};
 
 use crate::Options;
+use crate::background::{Background, Subtract};
 use crate::bench::Bench;
 use crate::correction::Correction;
 use crate::error::ReduceError;
-use crate::levels::{Levels, Subtract};
 use crate::samples::Corrected;
 
 /// How lux becomes intensity: what is subtracted, and at which distance it counts.
 #[derive(Debug)]
 pub struct Conversion<'a> {
-    levels: &'a Levels,
+    background: &'a Background,
     /// What is corrected, by the run's own levels or by a model.
     pub corrected: Subtract,
     /// What the run's own levels correct.
@@ -28,7 +28,12 @@ impl<'a> Conversion<'a> {
     ///
     /// # Errors
     /// [`ReduceError::Format`] for an effect of `bench` without inverse.
-    pub fn new(run: &Run, options: &Options, bench: Option<&Bench>, levels: &'a Levels) -> Result<Self, ReduceError> {
+    pub fn new(
+        run: &Run,
+        options: &Options,
+        bench: Option<&Bench>,
+        background: &'a Background,
+    ) -> Result<Self, ReduceError> {
         let on = |correction| !options.without.contains(&correction);
         let corrected = Subtract {
             dark: on(Correction::Dark),
@@ -41,9 +46,9 @@ impl<'a> Conversion<'a> {
             ambient: corrected.ambient && !taken.is_some_and(|taken| taken.ambient),
             stray: corrected.stray && !taken.is_some_and(|taken| taken.stray),
         };
-        let by_model = bench.map(|bench| inverted(bench, &run.readings.rows, levels, subtract));
+        let by_model = bench.map(|bench| inverted(bench, &run.readings.rows, background, subtract));
         Ok(Self {
-            levels,
+            background,
             corrected,
             subtract,
             counted_at_mm: (!on(Correction::InverseSquare)).then(|| run.header.station.bench().distance_mm),
@@ -60,7 +65,7 @@ impl<'a> Conversion<'a> {
         let metres = self.counted_at_mm.unwrap_or(row.distance_mm) * 1e-3;
         let cd_per_lx = metres * metres;
         Corrected {
-            intensity_cd: (lux - self.levels.subtracted_lx(row.gamma_deg, self.subtract)) * cd_per_lx,
+            intensity_cd: (lux - self.background.subtracted_lx(row.gamma_deg, self.subtract)) * cd_per_lx,
             cd_per_lx,
             c_deg: row.c_deg,
             gamma_deg: row.gamma_deg,
@@ -73,19 +78,19 @@ impl<'a> Conversion<'a> {
 fn inverted(
     bench: &Bench,
     all: &[Reading],
-    levels: &Levels,
+    background: &Background,
     subtract: Subtract,
 ) -> Result<Vec<Option<Corrected>>, ReduceError> {
-    let lit: Vec<(&Reading, f64)> = all
+    let illuminated: Vec<(&Reading, f64)> = all
         .iter()
         .filter(|row| row.kind == ReadingKind::Lit)
         .filter_map(|row| {
             row.illuminance_lx
-                .map(|lux| (row, lux - levels.subtracted_lx(row.gamma_deg, subtract)))
+                .map(|lux| (row, lux - background.subtracted_lx(row.gamma_deg, subtract)))
         })
         .collect();
-    let rows: Vec<&Reading> = lit.iter().map(|(row, _)| *row).collect();
-    let lux: Vec<f64> = lit.iter().map(|(_, lux)| *lux).collect();
+    let rows: Vec<&Reading> = illuminated.iter().map(|(row, _)| *row).collect();
+    let lux: Vec<f64> = illuminated.iter().map(|(_, lux)| *lux).collect();
     let corrected = bench.correct(&rows, &lux).map_err(|error| ReduceError::Format {
         file: "--with model",
         message: error.to_string(),

@@ -4,8 +4,10 @@
 //! switch ([`Correction`]), and every headline number is a [`Quantity`] whose parts say where its uncertainty comes
 //! from.
 
+mod acceptance;
 mod angles;
 mod apparent;
+mod background;
 mod bench;
 mod blocks;
 mod budget;
@@ -16,15 +18,14 @@ mod correction;
 mod drift;
 mod electrical;
 mod error;
+mod feasibility;
 mod finding;
 mod floor;
-mod gate;
 mod grid;
 mod headline;
 mod intensity;
 mod interpolation;
 mod known;
-mod levels;
 mod near_field;
 mod notes;
 mod order;
@@ -32,7 +33,6 @@ mod partial;
 mod pipeline;
 mod quantity;
 mod reference;
-mod rehearsal;
 mod results;
 mod samples;
 mod smooth;
@@ -52,6 +52,7 @@ use isolux_record::Run;
 
 pub use angles::BeamAngles;
 pub use apparent::Apparent;
+pub use background::{Background, Level, Subtract};
 pub use budget::Common;
 pub use closing::Closing;
 pub use colour::Colour;
@@ -59,13 +60,12 @@ pub use correction::{Correction, UnknownCorrection};
 pub use drift::{Burning, Drift};
 pub use electrical::{Electrical, Over};
 pub use error::ReduceError;
+pub use feasibility::check_feasibility;
 pub use finding::{Accepted, Evidence, Finding, note};
 pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
-pub use levels::{Level, Levels, Subtract};
 pub use partial::Partial;
 pub use quantity::{Quantity, no_uncertainty};
-pub use rehearsal::rehearse;
 pub use results::{Budget, ResultFile, Subtracted, budget_of, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
@@ -97,7 +97,7 @@ pub struct Reduction {
     /// The spectrum on the axis, if one was taken.
     pub spectral: Option<SpectralResult>,
     /// Offset, ambient and stray light.
-    pub levels: Levels,
+    pub background: Background,
     /// Which of them were subtracted.
     pub subtract: Subtract,
     /// Drift of the reference.
@@ -143,10 +143,10 @@ pub struct Reduction {
     pub bench_effects: Vec<String>,
 }
 
-/// What a run says, whatever order its rows are in: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
-/// readings. Where a floor explains the baffled readings, it is the floor that is taken out: then the model file, which
-/// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the
-/// distribution.
+/// What a run says, whatever order its rows are in: by `model`, whose bench effects are taken out, or else by the
+/// run's own dark, ambient and baffled readings. Where a floor explains the baffled readings, it is the floor that is
+/// taken out: then the model file, which carries it, predicts the readings as they were read, and no digit of the
+/// baffled readings is cut into the distribution.
 ///
 /// # Errors
 /// [`ReduceError`]; nothing half-made is returned. The effect of `model` without inverse comes back as text in

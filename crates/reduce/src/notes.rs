@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use isolux_record::Reading;
 use isolux_record::run::Run;
 
+use crate::background::Background;
 use crate::correction::Correction;
 use crate::drift::{self, Drift};
 use crate::grid::Grid;
-use crate::levels::Levels;
 
 /// That the γ are not those of the whole sphere.
 pub fn zone_note(grid: &Grid) -> Option<String> {
@@ -51,18 +51,27 @@ pub fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, correcte
 }
 
 /// What the run itself and its station say.
-pub fn run_notes(run: &Run, without: &BTreeSet<Correction>, levels: &Levels, used: usize, lit: usize) -> Vec<String> {
+pub fn run_notes(
+    run: &Run,
+    without: &BTreeSet<Correction>,
+    background: &Background,
+    used: usize,
+    illuminated: usize,
+) -> Vec<String> {
     let mut notes: Vec<String> = without
         .iter()
         .map(|correction| format!("correction {correction} is switched off"))
         .collect();
-    if levels.capped.is_none() && levels.lamp_off.is_none() && levels.baffled.is_empty() {
+    if background.capped.is_none() && background.lamp_off.is_none() && background.baffled.is_empty() {
         notes.push("no capped, lamp_off or baffled readings: nothing was subtracted".to_owned());
-    } else if levels.baffled.is_empty() {
+    } else if background.baffled.is_empty() {
         notes.push("no baffled readings: stray light made by the lamp is still in the distribution".to_owned());
     }
-    if used < lit {
-        notes.push(format!("{} lit readings have no number and were left out", lit - used));
+    if used < illuminated {
+        notes.push(format!(
+            "{} lit readings have no number and were left out",
+            illuminated - used
+        ));
     }
     notes.extend(run.notices.iter().cloned());
     notes

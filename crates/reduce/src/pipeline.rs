@@ -3,7 +3,9 @@
 use isolux_record::Run;
 use isolux_record::{Quality, Reading, ReadingKind, Station};
 
+use crate::acceptance;
 use crate::apparent;
+use crate::background::{Background, Subtract};
 use crate::bench::Bench;
 use crate::blocks;
 use crate::budget::Common;
@@ -14,11 +16,9 @@ use crate::drift::{Drift, Stability};
 use crate::electrical::Electrical;
 use crate::error::ReduceError;
 use crate::finding::{self, Accepted, Finding};
-use crate::gate;
 use crate::grid::Grid;
 use crate::headline::Headline;
 use crate::intensity::Conversion;
-use crate::levels::{Levels, Subtract};
 use crate::notes;
 use crate::partial::Partial;
 use crate::reference::Reference;
@@ -51,8 +51,8 @@ pub fn reduce(
         notes: left_out,
     } = blocks::Chosen::of(run)?;
     let station = &run.header.station;
-    let levels = Levels::of(all, distance_mm);
-    let conversion = Conversion::new(run, options, bench, &levels)?;
+    let background = Background::of(all, distance_mm);
+    let conversion = Conversion::new(run, options, bench, &background)?;
     let Conversion {
         corrected, subtract, ..
     } = conversion;
@@ -73,7 +73,7 @@ pub fn reduce(
     let unmeasured = Unmeasured::of(
         station,
         &Done {
-            levels: &levels,
+            background: &background,
             corrected,
             subtract,
             distribution: &grid.distribution,
@@ -81,7 +81,7 @@ pub fn reduce(
         },
     );
     // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
-    let common = common(run, &levels, corrected, &drift, &grid, distance_mm, &unmeasured);
+    let common = common(run, &background, corrected, &drift, &grid, distance_mm, &unmeasured);
     let not_known = NotKnown {
         partial: partial.as_ref(),
         unmeasured: &unmeasured,
@@ -99,14 +99,14 @@ pub fn reduce(
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
     notes.extend(checked);
-    notes.extend(levels.notes.clone());
+    notes.extend(background.notes.clone());
     notes.extend(accepted.iter().map(finding::note));
     notes.extend(left_out);
     notes.extend(circle::note(grid.assumed));
     notes.extend(notes::zone_note(&grid));
     notes.extend(not_smoothed.map(|error| error.to_string()));
     notes.extend(notes::burning_notes(all, &rows, &drift, on(Correction::Drift)));
-    notes.extend(notes::run_notes(run, &options.without, &levels, used, rows.len()));
+    notes.extend(notes::run_notes(run, &options.without, &background, used, rows.len()));
     Ok(Reduction {
         other_distances: apparent::other_distances(all, distance_mm, subtract),
         spectral,
@@ -131,7 +131,7 @@ pub fn reduce(
         removed_effects: bench.map_or_else(Vec::new, Bench::effects),
         bench_effects: Vec::new(),
         grid,
-        levels,
+        background,
     })
 }
 
@@ -162,7 +162,7 @@ impl Levelled {
         let light = |row: &Reading, lux: f64| conversion.intensity(row, lux);
         let limits = run.header.plan.limits();
         let reference = Reference::of(all, rows, distance_mm, stability, &light);
-        let mut findings = gate::of_reference(&reference, limits, all);
+        let mut findings = acceptance::of_reference(&reference, limits, all);
         refuse(&findings, options)?;
         let drift = if options.without.contains(&Correction::Drift) {
             reference.uncorrected()
@@ -177,7 +177,7 @@ impl Levelled {
                 ..corrected
             }
         })?;
-        findings.extend(gate::of_closing(&samples, limits, rows));
+        findings.extend(acceptance::of_closing(&samples, limits, rows));
         // The burning in which they were read need not have a reading of the distribution.
         let checked = Checked::of(checks, all, |distance_mm| {
             let of_distance = |row: &&Reading| row.kind == ReadingKind::Lit && row.distance_mm == distance_mm;
@@ -263,7 +263,7 @@ fn unknown_effects(effects: &[String]) -> Option<String> {
 
 fn common(
     run: &Run,
-    levels: &Levels,
+    background: &Background,
     subtract: Subtract,
     drift: &Drift,
     grid: &Grid,
@@ -274,7 +274,7 @@ fn common(
     let per_lx = (distance_mm * 1e-3).powi(2);
     let (mut noise, mut digit) = (0.0_f64, 0.0_f64);
     for &gamma in grid.distribution.gamma_deg() {
-        let (noise_lx, digit_lx) = levels.u_lx(gamma, subtract);
+        let (noise_lx, digit_lx) = background.u_lx(gamma, subtract);
         noise = noise.max(noise_lx);
         digit = digit.max(digit_lx);
     }

@@ -91,15 +91,15 @@ impl Quantity {
     /// As reports state it: the value and its expanded uncertainty (k = 2), to the digits of the latter; where
     /// something is missing in the uncertainty, the value and what is missing.
     pub fn stated(&self) -> String {
-        let said = self.rounded();
+        let stated = self.rounded();
         // A chromaticity has no unit; the sign of degrees stands close to its number.
         let unit = match self.unit.as_ref() {
             unit @ ("" | "°") => unit.to_owned(),
             unit => format!(" {unit}"),
         };
         match self.u {
-            Some(_) => format!("{} ± {}{unit} (k = 2)", said.value, said.expanded),
-            None => format!("{}{unit}, {}", said.value, no_uncertainty(&self.missing)),
+            Some(_) => format!("{} ± {}{unit} (k = 2)", stated.value, stated.expanded),
+            None => format!("{}{unit}, {}", stated.value, no_uncertainty(&self.missing)),
         }
     }
 

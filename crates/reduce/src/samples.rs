@@ -2,8 +2,8 @@
 
 use isolux_record::{Quality, Reading};
 
+use crate::background::{noise_of_one, rounding};
 use crate::error::ReduceError;
-use crate::levels::{noise_of_one, rounding};
 
 /// How far a read-back may lie from the plan's direction before the row is taken for a fault of the axes.
 const ASTRAY_DEG: f64 = 1.0;

@@ -25,20 +25,21 @@ fn day(display: impl Fn(f64) -> f64, drift_per_h: f64) -> Vec<Reading> {
     for plane in 0..=24 {
         let c = 15.0 * f64::from(plane);
         let level = |time: f64| 1.0 + drift_per_h * (time - 1800.0) / 3600.0;
-        let lit = |gamma: f64, time: f64| display(0.05 + 0.02 + (stray(gamma) + lamp(c, gamma) / 100.0) * level(time));
+        let illuminated =
+            |gamma: f64, time: f64| display(0.05 + 0.02 + (stray(gamma) + lamp(c, gamma) / 100.0) * level(time));
         rows.push(Reading {
             role: Role::Reference,
             time_s: Some(time),
             c_deg: 0.0,
             c_target_deg: 0.0,
-            ..reading(0.0, 0.0, lit(0.0, time))
+            ..reading(0.0, 0.0, illuminated(0.0, time))
         });
         for step in 0..=90 {
             time += 4.0;
             let gamma = 2.0 * f64::from(step);
             rows.push(Reading {
                 time_s: Some(time),
-                ..reading(c, gamma, lit(gamma, time))
+                ..reading(c, gamma, illuminated(gamma, time))
             });
         }
     }

@@ -7,7 +7,7 @@
 use isolux_photometry::IntensityDistribution;
 use isolux_record::Station;
 
-use crate::levels::{Levels, Subtract};
+use crate::background::{Background, Subtract};
 
 /// Fewer baffled γ do not show how the stray light varies over γ.
 const LEAST_BAFFLED: usize = 3;
@@ -29,7 +29,7 @@ pub struct Unmeasured {
 #[derive(Debug, Clone, Copy)]
 pub struct Done<'a> {
     /// What the run measured of them.
-    pub levels: &'a Levels,
+    pub background: &'a Background,
     /// The corrections that are on.
     pub corrected: Subtract,
     /// Those that were subtracted as they were read; the others were taken out by a model.
@@ -45,7 +45,7 @@ impl Unmeasured {
     pub fn of(station: &Station, done: &Done<'_>) -> Self {
         let bench = station.bench();
         let peak_lx = done.distribution.peak().intensity_cd / (done.distance_mm * 1e-3).powi(2);
-        let [offset, ambient, stray] = done.levels.left(done.corrected);
+        let [offset, ambient, stray] = done.background.left(done.corrected);
         let mut unmeasured = Self::default();
         let mut bounded = |left: f64, bound_lx: Option<f64>, by_model: bool, what: &str| -> f64 {
             if left == 0.0 {
@@ -102,7 +102,7 @@ impl Unmeasured {
 /// Standard uncertainty of baffled readings that are interpolated over γ and taken for all half-planes; how many γ
 /// there are where they are too few for that or do not reach as far as the distribution.
 fn over_gamma(done: &Done<'_>) -> Result<f64, usize> {
-    let baffled = &done.levels.baffled;
+    let baffled = &done.background.baffled;
     let gammas = done.distribution.gamma_deg();
     let widest = baffled.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
     let reach = match (baffled.first(), baffled.last(), gammas.last()) {
@@ -128,7 +128,7 @@ fn over_gamma(done: &Done<'_>) -> Result<f64, usize> {
     // They were read in one half-plane; the light of the others differs as their own light does.
     let level_lx = baffled
         .iter()
-        .map(|(gamma, _)| done.levels.parts_lx(*gamma)[2].unwrap_or(0.0).abs())
+        .map(|(gamma, _)| done.background.parts_lx(*gamma)[2].unwrap_or(0.0).abs())
         .fold(0.0, f64::max);
     Ok(bend_lx.hypot(level_lx * spread_of_planes(done.distribution)) / 3.0_f64.sqrt())
 }

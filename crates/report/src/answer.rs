@@ -10,7 +10,7 @@ use isolux_units::digits::stated;
 
 /// What was found, and where it was written.
 #[derive(Debug)]
-pub struct Answer {
+pub struct DiagnosisResult {
     /// As in `diagnosis.json`.
     pub document: Document,
     /// Lines that the model after has and the model as given has not (`+`), and the other way round (`-`).
@@ -76,7 +76,7 @@ pub fn with_uncertainty(parameter: &ParameterEntry) -> String {
 }
 
 /// The answer in lines for a person, in the order: disagreement, place, ranking, verdict, gap, next, blind spots, diff.
-pub fn words(answer: &Answer) -> Vec<String> {
+pub fn words(answer: &DiagnosisResult) -> Vec<String> {
     let document = &answer.document;
     let mut lines = vec![format!("found         {}", document.plain)];
     if document.independence == Independence::SameRun {
@@ -85,7 +85,7 @@ pub fn words(answer: &Answer) -> Vec<String> {
     lines.extend(disagreement(document));
     for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
         lines.extend(effect_found(effect));
-        lines.extend(ranked.iter().map(rival));
+        lines.extend(ranked.iter().map(alternative));
     }
     lines.push(format!("verdict       {}", document.sentence));
     lines.extend(gap(&document.gap));
@@ -169,7 +169,7 @@ fn effect_found(effect: &EffectEntry) -> Vec<String> {
 }
 
 /// What else could explain the readings, and how likely it is.
-fn rival(row: &RankedEntry) -> String {
+fn alternative(row: &RankedEntry) -> String {
     let name = match row.name.strip_prefix("unnamed:") {
         Some(coordinate) => format!("no name, along {coordinate}"),
         None => row.name.clone(),
@@ -213,14 +213,14 @@ fn gap(gap: &GapEntry) -> Vec<String> {
 const BRIEF: usize = 10;
 
 /// The answer in at most ten lines: what was found, its numbers, what to do next; the rest is in the report.
-pub fn brief(answer: &Answer, out: &Utf8Path) -> Vec<String> {
+pub fn brief(answer: &DiagnosisResult, out: &Utf8Path) -> Vec<String> {
     let all = words(answer);
     let starts = |line: &&String, words: &[&str]| words.iter().any(|word| line.starts_with(word));
     let commands = ["reduce ", "accepted "];
     let mut tail: Vec<String> = all.iter().filter(|line| starts(line, &commands)).cloned().collect();
     tail.push(format!("more          {out}/report.html"));
-    // Parameters stand below their effect; ranked rivals, places, notes and the change of the model file are in the
-    // report.
+    // Parameters stand below their effect; ranked alternatives, places, notes and the change of the model file are in
+    // the report.
     let wanted = [
         "found ",
         "consistency ",
@@ -242,7 +242,7 @@ pub fn brief(answer: &Answer, out: &Utf8Path) -> Vec<String> {
 }
 
 /// The lines of [`words`] that are of the record and the search: neither the verdict nor the change of the model file.
-pub fn statistics(answer: &Answer) -> Vec<String> {
+pub fn statistics(answer: &DiagnosisResult) -> Vec<String> {
     let mut lines = words(answer);
     lines.retain(|line| {
         !["found ", "consistency ", "model "]

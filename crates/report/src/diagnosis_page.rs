@@ -47,7 +47,7 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
     page.tiles(&tiles(document));
     places(&mut page, document);
     for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
-        rivals(&mut page, effect, ranked);
+        alternatives(&mut page, effect, ranked);
     }
     noise(&mut page, &document.noise);
     blind_spots(&mut page, document);
@@ -243,7 +243,7 @@ fn places(page: &mut Page, document: &Document) {
 }
 
 /// What else could be behind a pattern.
-fn rivals(page: &mut Page, effect: &EffectEntry, ranked: &[RankedEntry]) {
+fn alternatives(page: &mut Page, effect: &EffectEntry, ranked: &[RankedEntry]) {
     page.paragraph(&format!("What could be taken for {}:", effect.standard_name));
     let rows: Vec<Vec<String>> = ranked
         .iter()

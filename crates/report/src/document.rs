@@ -37,7 +37,7 @@ pub enum Block {
     /// Headline numbers.
     Tiles(Vec<Tile>),
     /// A table; without a head its first column names the others.
-    Table(Table),
+    ReportTable(ReportTable),
     /// Pictures beside each other.
     Figures(Vec<Figure>),
     /// Text for the curious, closed on a screen: its summary and its lines.
@@ -50,7 +50,7 @@ pub enum Block {
 
 /// Rows of cells.
 #[derive(Debug, Clone, Default)]
-pub struct Table {
+pub struct ReportTable {
     /// Names of the columns; empty where the first column names the rows.
     pub head: Vec<String>,
     /// The rows, each as long as the head.
@@ -103,7 +103,7 @@ impl Section {
 
     /// Adds a table whose columns have names.
     pub fn table(&mut self, head: &[&str], rows: Vec<Vec<String>>) {
-        self.add(Block::Table(Table {
+        self.add(Block::ReportTable(ReportTable {
             head: head.iter().map(|cell| (*cell).to_owned()).collect(),
             rows,
             numbers: false,
@@ -112,7 +112,7 @@ impl Section {
 
     /// Adds a table of numbers, aligned at the right but for the first column.
     pub fn numbers(&mut self, head: Vec<String>, rows: Vec<Vec<String>>) {
-        self.add(Block::Table(Table {
+        self.add(Block::ReportTable(ReportTable {
             head,
             rows,
             numbers: true,
@@ -121,7 +121,7 @@ impl Section {
 
     /// Adds names with what belongs to them.
     pub fn facts(&mut self, facts: Vec<(String, String)>) {
-        self.add(Block::Table(Table {
+        self.add(Block::ReportTable(ReportTable {
             head: Vec::new(),
             rows: facts.into_iter().map(|(name, value)| vec![name, value]).collect(),
             numbers: false,
@@ -157,7 +157,7 @@ fn add(page: &mut Page, block: &Block) {
         Block::Subheading(text) => page.raw(&format!("<h3>{}</h3>", escape(text))),
         Block::Verdict(text, good) => page.verdict(text, *good),
         Block::Tiles(tiles) => page.tiles(tiles),
-        Block::Table(table) => page.raw(&html_table(table)),
+        Block::ReportTable(table) => page.raw(&html_table(table)),
         Block::Figures(figures) => {
             page.raw(if figures.len() > 1 {
                 "<div class=\"pair\">"
@@ -181,7 +181,7 @@ fn add(page: &mut Page, block: &Block) {
     }
 }
 
-fn html_table(table: &Table) -> String {
+fn html_table(table: &ReportTable) -> String {
     let row = |cells: &[String], tag: &str| {
         let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
         format!("<tr>{}</tr>\n", cells.collect::<String>())

@@ -88,7 +88,7 @@ fn moved(item: &Item, by: f32) -> Item {
 mod tests {
     use super::piece::{BODY, wrapped};
     use super::*;
-    use crate::document::{Block, Section, Table};
+    use crate::document::{Block, ReportTable, Section};
 
     /// Every letter half as wide as it is high.
     struct Typewriter;
@@ -111,7 +111,7 @@ mod tests {
         }
     }
 
-    fn said(page: &[Item]) -> Vec<&str> {
+    fn stated(page: &[Item]) -> Vec<&str> {
         page.iter()
             .filter_map(|item| match item {
                 Item::Text { text, .. } => Some(text.as_str()),
@@ -123,24 +123,24 @@ mod tests {
     #[test]
     fn a_table_goes_on_over_the_page_with_its_head_and_nothing_leaves_the_page() {
         let rows = (0..200).map(|k| vec![format!("row {k}"), "value".to_owned()]).collect();
-        let table = Table {
+        let table = ReportTable {
             head: vec!["what".to_owned(), "how much".to_owned()],
             rows,
             numbers: false,
         };
-        let pages = pages(&document(vec![Block::Table(table)]), &Typewriter);
+        let pages = pages(&document(vec![Block::ReportTable(table)]), &Typewriter);
         assert!(pages.len() > 2);
         let mut rows = 0;
         for (place, page) in pages.iter().enumerate() {
-            let said = said(page);
+            let stated = stated(page);
             assert_eq!(
-                said.iter().filter(|text| **text == "how much").count(),
+                stated.iter().filter(|text| **text == "how much").count(),
                 1,
                 "page {place}"
             );
-            assert!(said.contains(&format!("{} / {}", place + 1, pages.len()).as_str()));
-            assert!(said.contains(&"report 7"));
-            rows += said.iter().filter(|text| text.starts_with("row ")).count();
+            assert!(stated.contains(&format!("{} / {}", place + 1, pages.len()).as_str()));
+            assert!(stated.contains(&"report 7"));
+            rows += stated.iter().filter(|text| text.starts_with("row ")).count();
             for item in page {
                 let (bottom, right) = match item {
                     Item::Text { x, y, style, text } => (*y, x + Typewriter.width(text, *style)),
@@ -159,7 +159,7 @@ mod tests {
             blocks.push(Block::Subheading("below".to_owned()));
             blocks.push(Block::Paragraph("what it is of".to_owned()));
             let pages = pages(&document(blocks), &Typewriter);
-            let holds = |page: &Vec<Item>, words: &str| said(page).contains(&words);
+            let holds = |page: &Vec<Item>, words: &str| stated(page).contains(&words);
             assert!(
                 pages
                     .iter()

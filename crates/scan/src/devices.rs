@@ -51,7 +51,7 @@ pub enum TwoState {
 
 /// What a person is asked to do, in words and in facts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Request {
+pub struct OperatorRequest {
     /// The words.
     pub prompt: String,
     /// What the detector is to see afterwards.
@@ -67,7 +67,7 @@ pub trait Operator: Send + Sync {
     ///
     /// # Errors
     /// The reason for which it was not done.
-    async fn carry_out(&self, request: &Request) -> Result<String, String>;
+    async fn carry_out(&self, request: &OperatorRequest) -> Result<String, String>;
 }
 
 /// Nobody is there: every request is declined.
@@ -76,7 +76,7 @@ pub struct Nobody;
 
 #[async_trait]
 impl Operator for Nobody {
-    async fn carry_out(&self, _: &Request) -> Result<String, String> {
+    async fn carry_out(&self, _: &OperatorRequest) -> Result<String, String> {
         Err("nobody is there to do it".to_owned())
     }
 }

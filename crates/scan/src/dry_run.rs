@@ -337,14 +337,14 @@ fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fau
 fn notes(station: &Station, plan: &Plan) -> Vec<String> {
     let mut notes = Vec::new();
     let has = |kind| plan.blocks().iter().any(|block| block.kind == kind);
-    let lit = has(ReadingKind::Lit);
-    if lit && !has(ReadingKind::Capped) && !has(ReadingKind::LampOff) {
+    let illuminated = has(ReadingKind::Lit);
+    if illuminated && !has(ReadingKind::Capped) && !has(ReadingKind::LampOff) {
         notes.push("no lamp_off or capped block: the meter's offset will not be corrected".to_owned());
     }
-    if lit && !has(ReadingKind::Baffled) {
+    if illuminated && !has(ReadingKind::Baffled) {
         notes.push("no baffled block: stray light made by the lamp will not be corrected".to_owned());
     }
-    if !plan.blocks().iter().any(|block| block.reference_every.is_some()) && lit {
+    if !plan.blocks().iter().any(|block| block.reference_every.is_some()) && illuminated {
         notes.push("no reference_every: drift will not be corrected".to_owned());
     }
     let at_rest_s = SETTLE_READINGS * READING_S + POSITION_CHECK_S;
@@ -371,7 +371,7 @@ fn notes(station: &Station, plan: &Plan) -> Vec<String> {
             _ => {}
         }
     }
-    if station.lamp_switch().is_none() && lit {
+    if station.lamp_switch().is_none() && illuminated {
         notes.push("the station has no [lamp]: it is taken to be on since the start".to_owned());
     }
     if station.bench().u_distance_mm.is_none() {

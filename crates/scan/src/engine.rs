@@ -142,9 +142,9 @@ async fn panic_as_error(work: impl Future<Output = Result<(), ScanError>>) -> Re
 #[cfg(test)]
 mod drifts;
 #[cfg(test)]
-mod hands;
-#[cfg(test)]
 mod in_motion;
+#[cfg(test)]
+mod interference;
 #[cfg(test)]
 mod pauses;
 #[cfg(test)]

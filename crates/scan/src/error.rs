@@ -242,8 +242,8 @@ pub enum ScanError {
 pub enum ScanErrorKind {
     /// Bad input.
     BadPlan,
-    /// The answer is no: a gate stays shut.
-    Gate,
+    /// The answer is no: a check fails.
+    NotAccepted,
     /// An instrument or the system failed.
     Instrument,
     /// Somebody asked for the end.
@@ -271,7 +271,7 @@ impl ScanError {
             | Self::Reference { .. }
             | Self::Drifted { .. }
             | Self::Slept { .. }
-            | Self::Declined { .. } => ScanErrorKind::Gate,
+            | Self::Declined { .. } => ScanErrorKind::NotAccepted,
             Self::Interrupted { .. } => ScanErrorKind::Interrupted,
             Self::Device { .. }
             | Self::Position { .. }
@@ -302,7 +302,8 @@ impl ScanError {
         )
     }
 
-    /// Whether the failure may be that of a program which did not run: its deadlines passed, or a person came meanwhile.
+    /// Whether the failure may be that of a program which did not run: its deadlines passed, or a person came
+    /// meanwhile.
     pub(crate) const fn may_come_of_a_sleep(&self) -> bool {
         !matches!(
             self,

@@ -28,7 +28,7 @@ mod testing;
 
 pub use awake::Awake;
 pub use cancel::Cancel;
-pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};
+pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, OperatorRequest, TwoState};
 pub use distance::{Cost, DisplayRange, Distances, distances};
 pub use dry_run::{DryRun, VisitTime, dry_run, visit_times};
 pub use engine::{Engine, ScanSummary};

@@ -62,7 +62,7 @@ impl Pause {
     }
 
     /// Who asked for a pause, while one is asked for.
-    pub fn asked(&self) -> Option<String> {
+    pub fn requested(&self) -> Option<String> {
         let wish = self.0.borrow();
         wish.paused.then(|| wish.by.clone())
     }

@@ -14,7 +14,7 @@ use isolux_record::{Plan, Station};
 use isolux_units::{AxisAngle, Lux};
 
 use self::fakes::{FakeAxis, FakeMeter, FakeSpectro, FakeSwitch, Part, identity};
-pub use self::room::{AMBIENT_LX, Drive, OFFSET_LX, PEAK_CD, Room, STRAY_LX, Shared};
+pub use self::room::{AMBIENT_LX, AxisDrive, OFFSET_LX, PEAK_CD, Room, STRAY_LX, Shared};
 use crate::devices::{CalibratedSpectro, Devices, TwoState};
 
 pub const PLAN_HEAD: &str = "format = \"isolux-plan/1\"\n";

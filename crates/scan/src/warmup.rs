@@ -1,10 +1,10 @@
-//! The gate before a scan: the lamp must be stable.
+//! The check before a scan: the lamp must be stable.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use isolux_device::{LuxOutcome, PowerMeter};
-use isolux_record::event::PowerLook;
+use isolux_record::event::PowerSample;
 use isolux_record::{Limits, Station};
 use tokio::time::{Instant, sleep_until};
 
@@ -12,9 +12,10 @@ use crate::electrical;
 use crate::error::ScanError;
 use crate::settle::{Noise, Photometer};
 
-/// When a lamp counts as stable: on for at least `least_s`, and (max − min)/mean of its light over the last `window_s`
-/// within `spread_rel`, and of its power within `power_spread_rel` where a power meter is there. The defaults are the
-/// stabilisation of EN 13032-4 and CIE S 025: 30 min, 15 min, 0.5 %; LM-79 asks for light and power too.
+/// When a lamp counts as stable: on for at least `least_s`, and (max − min)/mean of its light over the last
+/// `window_s` within `spread_rel`, and of its power within `power_spread_rel` where a power meter is there. The
+/// defaults are the stabilisation of EN 13032-4 and CIE S 025: 30 min, 15 min, 0.5 %; LM-79 asks for light and power
+/// too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criterion {
     /// Least time on.
@@ -53,7 +54,7 @@ impl Criterion {
         }
     }
 
-    /// The earliest time at which the gate can open.
+    /// The earliest time at which the check can pass.
     pub fn least_s(&self) -> f64 {
         self.least_s.max(self.window_s)
     }
@@ -61,7 +62,7 @@ impl Criterion {
 
 /// One look at the lamp: the mean of a few consecutive readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct WarmupSample {
     /// Seconds since the lamp was switched on.
     pub elapsed_s: f64,
     /// Mean illuminance.
@@ -71,7 +72,7 @@ pub struct Look {
     /// (max − min)/mean over the window, once it is full.
     pub spread_rel: Option<f64>,
     /// The power; none without a power meter.
-    pub power: Option<PowerLook>,
+    pub power: Option<PowerSample>,
 }
 
 /// The lamp is stable.
@@ -97,7 +98,7 @@ const LEAST_DIGITS: f64 = 10.0;
 const DARK_AT_MOST_S: f64 = 60.0;
 
 /// The window over which a lamp is watched.
-pub struct Gate {
+pub struct StabilityCheck {
     criterion: Criterion,
     on_at: Instant,
     window: Window,
@@ -106,7 +107,7 @@ pub struct Gate {
     next: Instant,
 }
 
-impl Gate {
+impl StabilityCheck {
     /// An empty window for a lamp that was switched on at `on_at`.
     pub fn new(criterion: Criterion, on_at: Instant) -> Self {
         Self {
@@ -127,7 +128,7 @@ impl Gate {
         &mut self,
         photometer: &mut Photometer<'_>,
         power: Option<&dyn PowerMeter>,
-    ) -> Result<Look, ScanError> {
+    ) -> Result<WarmupSample, ScanError> {
         let window_s = self.criterion.window_s;
         let (mean, elapsed_s, digit_lx) = look(photometer, self.on_at, &mut self.scatter).await?;
         self.window.push(elapsed_s, mean, window_s);
@@ -142,7 +143,7 @@ impl Gate {
         {
             self.scatter.pop_front();
         }
-        Ok(Look {
+        Ok(WarmupSample {
             elapsed_s,
             illuminance_lx: mean,
             digit_lx,
@@ -151,11 +152,11 @@ impl Gate {
         })
     }
 
-    async fn power(&mut self, meter: &dyn PowerMeter) -> Result<PowerLook, ScanError> {
+    async fn power(&mut self, meter: &dyn PowerMeter) -> Result<PowerSample, ScanError> {
         let reading = electrical::read(meter, Instant::now()).await?;
         let power_w = electrical::recorded(&reading).power_w;
         let Some(watts) = power_w else {
-            return Ok(PowerLook {
+            return Ok(PowerSample {
                 power_w,
                 power_spread_rel: None,
             });
@@ -163,7 +164,7 @@ impl Gate {
         let window_s = self.criterion.window_s;
         let at = reading.ended.saturating_duration_since(self.on_at).as_secs_f64();
         self.power.push(at, watts, window_s);
-        Ok(PowerLook {
+        Ok(PowerSample {
             power_w,
             power_spread_rel: self.power.spread(window_s),
         })
@@ -173,8 +174,8 @@ impl Gate {
     ///
     /// # Errors
     /// [`ScanError::NoLight`] when there is no light to judge, [`ScanError::NotStable`] when time is up.
-    pub fn judge(&self, look: &Look) -> Result<Option<Stable>, ScanError> {
-        let Look {
+    pub fn judge(&self, look: &WarmupSample) -> Result<Option<Stable>, ScanError> {
+        let WarmupSample {
             elapsed_s,
             illuminance_lx,
             digit_lx,
@@ -242,16 +243,16 @@ pub async fn until_stable(
     power: Option<&dyn PowerMeter>,
     criterion: &Criterion,
     on_at: Instant,
-    mut look_at: impl FnMut(Look),
+    mut look_at: impl FnMut(WarmupSample),
 ) -> Result<Stable, ScanError> {
-    let mut gate = Gate::new(*criterion, on_at);
+    let mut check = StabilityCheck::new(*criterion, on_at);
     loop {
-        let look = gate.look(photometer, power).await?;
+        let look = check.look(photometer, power).await?;
         look_at(look);
-        if let Some(stable) = gate.judge(&look)? {
+        if let Some(stable) = check.judge(&look)? {
             return Ok(stable);
         }
-        gate.pause().await;
+        check.pause().await;
     }
 }
 
@@ -261,11 +262,11 @@ async fn look(
     on_at: Instant,
     scatter: &mut VecDeque<(f64, f64, f64)>,
 ) -> Result<(f64, f64, f64), ScanError> {
-    let asked = Instant::now();
+    let requested = Instant::now();
     let (mut sum, mut middle_s, mut digit_lx) = (0.0, 0.0, 0.0_f64);
     let (mut before, mut count) = (None::<f64>, 0.0);
     for _ in 0..READINGS_A_LOOK {
-        let reading = photometer.read(asked).await?;
+        let reading = photometer.read(requested).await?;
         let lux = match reading.outcome {
             LuxOutcome::Measured(lux) => lux,
             // A change while the lamp settles: the look goes on without this reading.

@@ -1,8 +1,8 @@
 //! The mean of the light over a parallelogram of lines of sight, exact across the kinks of the interpolant.
 //!
 //! Along a straight line of v the bilinear interpolant bends where the line crosses a half-plane C = C_i (a linear
-//! equation) or a cone γ = γ_j (a monotone one, once the line is cut at its extremum of γ). Between the crossings the
-//! integrand is analytic and a short Gauss rule is exact to rounding; the integral over the lines is adaptive.
+//! equation) or a cone γ = γ_j (a monotone one, once the line is cut at its extremum of γ). Between the crossings
+//! the integrand is analytic and a short Gauss rule is exact to rounding; the integral over the lines is adaptive.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::angles::Sights;
 use crate::patch::Light;
 use crate::rules::{self, Estimate, K7, K15};
-use crate::table::Table;
+use crate::table::IntensityTable;
 
 /// Working memory of the line splitter; one a thread.
 #[derive(Debug, Default)]
@@ -23,7 +23,7 @@ pub(crate) struct Scratch {
 }
 
 /// The most, in candela, that kinks of the table can make a line through the ball of `radius` round `centre` bend.
-pub(crate) fn bend_within(table: &Table, centre: DVec3, radius: f64) -> f64 {
+pub(crate) fn bend_within(table: &IntensityTable, centre: DVec3, radius: f64) -> f64 {
     let (distance, axis) = (centre.length(), centre.x.hypot(centre.y));
     if radius >= distance {
         return f64::INFINITY;
@@ -87,8 +87,8 @@ fn line_mean(light: Light<'_>, a: DVec3, b: DVec3, scratch: &mut Vec<f64>) -> f6
     sum
 }
 
-/// ∫ light·w dx along origin + x·along (a unit vector), where w rises from 0 at corners[0] with slope 1 to corners[1],
-/// is even to corners[2] and falls to 0 at corners[3].
+/// ∫ light·w dx along origin + x·along (a unit vector), where w rises from 0 at corners[0] with slope 1 to
+/// corners[1], is even to corners[2] and falls to 0 at corners[3].
 pub(crate) fn trapezoid(
     light: Light<'_>,
     origin: DVec3,
@@ -273,9 +273,10 @@ fn crossing(a: DVec3, b: DVec3, cosine: f64, from: f64, to: f64) -> f64 {
     u
 }
 
-/// The t in (0, 1) at which the line corner + t·second + s·first touches a cone γ = γ_j: the plane through the emitter
-/// and the line has the normal N = (corner + t·second) × first, and touches the cone where N_z² = sin²γ |N|².
-pub(crate) fn tangents(table: &Table, corner: DVec3, first: DVec3, second: DVec3, out: &mut Vec<f64>) {
+/// The t in (0, 1) at which the line corner + t·second + s·first touches a cone γ = γ_j: the plane through the
+/// emitter and the line has the normal N = (corner + t·second) × first, and touches the cone where N_z² = sin²γ
+/// |N|².
+pub(crate) fn tangents(table: &IntensityTable, corner: DVec3, first: DVec3, second: DVec3, out: &mut Vec<f64>) {
     let (n0, n1) = (corner.cross(first), second.cross(first));
     for &kink in table.gamma_kinks() {
         let sine = kink.sin() * kink.sin();

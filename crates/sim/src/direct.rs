@@ -17,7 +17,7 @@ use crate::batch::{LANES, Tracer, words};
 use crate::emission::{Emission, Ray, first_number};
 use crate::random::{Purpose, Random, unit53};
 use crate::sensor::Sensor;
-use crate::source::Source;
+use crate::source::LightSource;
 
 /// Rays of one piece of work.
 const CHUNK: u64 = 1 << 16;
@@ -124,7 +124,7 @@ impl Counts {
 ///
 /// # Errors
 /// [`DirectError`] for no rays, no light, too many rays.
-pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<Counts, DirectError> {
+pub fn traced(source: &LightSource, sensor: &Sensor, rays: u64, seed: u64) -> Result<Counts, DirectError> {
     let emission = prepared(source, sensor, rays)?;
     follow(rays as f64)?;
     let random = Random::new(seed, Purpose::Ray);
@@ -170,7 +170,7 @@ pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<
 ///
 /// # Errors
 /// [`DirectError`] for no rays, no light, too many rays in the cone.
-pub fn thinned(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<Counts, DirectError> {
+pub fn thinned(source: &LightSource, sensor: &Sensor, rays: u64, seed: u64) -> Result<Counts, DirectError> {
     let emission = prepared(source, sensor, rays)?;
     let cone = emission.cone();
     let inside = Random::new(seed, Purpose::Cone)
@@ -211,7 +211,7 @@ pub fn thinned(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result
 /// # Errors
 /// [`DirectError`] for no rays and no light.
 pub fn expected(
-    source: &Source,
+    source: &LightSource,
     sensor: &Sensor,
     illuminance_lx: &[f64],
     rays: u64,
@@ -256,7 +256,7 @@ pub struct Hit {
 ///
 /// # Errors
 /// [`DirectError::Dark`].
-pub fn hits(source: &Source, sensor: &Sensor, wanted: usize, seed: u64) -> Result<Vec<Hit>, DirectError> {
+pub fn hits(source: &LightSource, sensor: &Sensor, wanted: usize, seed: u64) -> Result<Vec<Hit>, DirectError> {
     let emission = prepared(source, sensor, 1)?;
     let random = Random::new(seed, Purpose::Ray);
     let tries = (wanted as u64).saturating_mul(1000).max(100_000);
@@ -273,7 +273,7 @@ pub fn hits(source: &Source, sensor: &Sensor, wanted: usize, seed: u64) -> Resul
         .collect())
 }
 
-fn prepared(source: &Source, sensor: &Sensor, rays: u64) -> Result<Emission, DirectError> {
+fn prepared(source: &LightSource, sensor: &Sensor, rays: u64) -> Result<Emission, DirectError> {
     if rays == 0 {
         return Err(DirectError::NoRays);
     }
@@ -330,7 +330,8 @@ pub fn landing(ray: &Ray, sensor: &Sensor) -> Option<(DVec3, [usize; 2])> {
     inside.then_some((end, [x as usize, y as usize]))
 }
 
-/// The first words of four times [`LANES`] rays, ray 4·(first + lane) + word; whether any of them is at most `highest`.
+/// The first words of four times [`LANES`] rays, ray 4·(first + lane) + word; whether any of them is at most
+/// `highest`.
 #[multiversion::multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",

@@ -9,12 +9,12 @@ use glam::DVec3;
 
 use crate::angles::{Lanes, Sights};
 use crate::rules;
-use crate::table::Table;
+use crate::table::IntensityTable;
 
 /// The integrand: irradiance in lx on a surface that faces along −`toward`, for a line of sight v in mm.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Light<'a> {
-    pub table: &'a Table,
+    pub table: &'a IntensityTable,
     /// Unit vector R·(0, 0, 1): the cosine of incidence is its product with the direction of light.
     pub toward: DVec3,
     /// Light that the path swallows, 1/mm.

@@ -8,9 +8,9 @@ use isolux_model::{Emitter, Model, Node, Scene, Sectors, Spectral};
 use isolux_photometry::{DistributionError, IntensityDistribution, angles_deg, direction};
 
 use crate::sensor::{Sensor, SensorError};
-use crate::source::{Part, Shape, Source};
+use crate::source::{LightSource, Part, Shape};
 use crate::station::{Station, StationError};
-use crate::table::Table;
+use crate::table::IntensityTable;
 
 /// Why a scene cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -70,7 +70,7 @@ pub enum SetupError {
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// What emits.
-    pub source: Source,
+    pub source: LightSource,
     /// What is lit.
     pub sensor: Sensor,
     /// Factor of the lamp at the scene's time.
@@ -170,8 +170,8 @@ fn widest(sensor: &Sensor, apparent_shift_mm: f64, findings: &mut Vec<String>) {
         .iter()
         .map(|place| place.dot(sensor.toward) / place.length())
         .fold(1.0_f64, f64::min);
-    // With n = 1.5 the shift at angle θ is larger than on the axis by about 0.67·sin²θ; E follows twice the relative
-    // shift of distance.
+    // With n = 1.5 the shift at angle θ is larger than on the axis by about 0.67·sin²θ; E follows twice the
+    // relative shift of distance.
     let error = 2.0 * 0.67 * (1.0 - cosine * cosine) * apparent_shift_mm / sensor.centre().length();
     if error > 1e-4 {
         findings.push(format!(
@@ -186,19 +186,19 @@ fn widest(sensor: &Sensor, apparent_shift_mm: f64, findings: &mut Vec<String>) {
 const UNEQUAL_NODES: usize = 6;
 
 /// The parts of the model's emitter.
-fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
+fn source(scene: &Scene, distribution: &IntensityDistribution) -> LightSource {
     let model = &scene.model;
     let emitter = model.emitter();
     if let Some(sectors) = model.sectors().filter(|_| emitter.extent_mm() > 0.0) {
         return unequal(model, &emitter, &sectors, distribution);
     }
-    let table = Arc::new(Table::new(distribution));
+    let table = Arc::new(IntensityTable::new(distribution));
     let centre = DVec3::ZERO;
     match &emitter {
         Emitter::Point {} | Emitter::Disc { diameter_mm: 0.0 } | Emitter::Rectangle { size_mm: [0.0, 0.0] } => {
-            Source::single(table, Shape::Point(centre))
+            LightSource::single(table, Shape::Point(centre))
         }
-        Emitter::Disc { diameter_mm } => Source::single(
+        Emitter::Disc { diameter_mm } => LightSource::single(
             table,
             Shape::Disc {
                 centre,
@@ -208,7 +208,7 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
         Emitter::Ring {
             inner_diameter_mm,
             outer_diameter_mm,
-        } => Source::single(
+        } => LightSource::single(
             table,
             Shape::Ring {
                 centre,
@@ -216,7 +216,7 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
                 outer: 0.5 * outer_diameter_mm,
             },
         ),
-        Emitter::Rectangle { size_mm: [x, y] } => Source::single(
+        Emitter::Rectangle { size_mm: [x, y] } => LightSource::single(
             table,
             Shape::Rectangle {
                 centre,
@@ -227,7 +227,9 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
             let lobe = model.lobe();
             let parts = emitter.nodes(1).into_iter().map(|node| {
                 let table = match &lobe {
-                    Some(lobe) => Arc::new(Table::new(&shared(distribution, |to| lobe.share(node.axis, to)))),
+                    Some(lobe) => Arc::new(IntensityTable::new(&shared(distribution, |to| {
+                        lobe.share(node.axis, to)
+                    }))),
                     None => Arc::clone(&table),
                 };
                 Part {
@@ -237,7 +239,7 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
                     aim: None,
                 }
             });
-            Source::new(parts.collect())
+            LightSource::new(parts.collect())
         }
     }
 }
@@ -245,7 +247,7 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
 /// The parts of an emitter some of which give less. `distribution` has the loss of the far field: LEDs, whose axes are
 /// known, carry the whole far field each by its own; the nodes of an area carry what is left, so unequally that their
 /// middle moves as far as that of the ring which stands for LEDs.
-fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &IntensityDistribution) -> Source {
+fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &IntensityDistribution) -> LightSource {
     let leds = matches!(emitter, Emitter::Leds { .. });
     let mut nodes = emitter.nodes(UNEQUAL_NODES);
     let given_at = |node: &Node| model.given_at(angles_deg(node.position_mm).0);
@@ -260,7 +262,7 @@ fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &I
         node.weight *= (1.0 + farther * (given_at(node) / given - 1.0)).max(0.0);
     }
     let lobe = model.lobe();
-    let table = Arc::new(Table::new(distribution));
+    let table = Arc::new(IntensityTable::new(distribution));
     let part = |node: Node| {
         let whole = |to: DVec3| {
             let left = sectors.left_towards(to);
@@ -271,14 +273,14 @@ fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &I
             share: node.weight,
             shape: Shape::Point(node.position_mm),
             table: if leds {
-                Arc::new(Table::new(&shared(distribution, share)))
+                Arc::new(IntensityTable::new(&shared(distribution, share)))
             } else {
                 Arc::clone(&table)
             },
             aim: None,
         }
     };
-    Source::new(nodes.into_iter().map(part).collect())
+    LightSource::new(nodes.into_iter().map(part).collect())
 }
 
 /// The distribution times a smooth share, on a grid fine enough for it.
@@ -308,13 +310,13 @@ fn shared(distribution: &IntensityDistribution, share: impl Fn(DVec3) -> f64) ->
 }
 
 /// A face that looks away, or a sensor in the emitter.
-fn refuse_impossible(source: &Source, sensor: &Sensor) -> Result<(), SetupError> {
-    let mut lit = false;
+fn refuse_impossible(source: &LightSource, sensor: &Sensor) -> Result<(), SetupError> {
+    let mut illuminated = false;
     for part in source.parts() {
         let (centre, radius) = (part.shape.centre(), part.shape.radius());
         let height = (sensor.corner - centre).dot(sensor.toward);
         let slope = (1.0 - sensor.toward.z * sensor.toward.z).max(0.0).sqrt();
-        lit |= height + radius * slope > 0.0;
+        illuminated |= height + radius * slope > 0.0;
         let distance = nearest(sensor, centre);
         if distance <= radius * (1.0 + 1e-9) && height.abs() <= radius * slope + 1e-9 || distance < 1e-6 {
             return Err(SetupError::Through {
@@ -323,7 +325,7 @@ fn refuse_impossible(source: &Source, sensor: &Sensor) -> Result<(), SetupError>
             });
         }
     }
-    if lit {
+    if illuminated {
         return Ok(());
     }
     let cosine = sensor.toward.dot(sensor.centre().normalize_or(DVec3::Z));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use crate::patch::Patch;
-use crate::table::Table;
+use crate::table::IntensityTable;
 
 /// Where the light of one part leaves from. Lengths in mm, luminaire frame; areas lie in planes z = const and emit
 /// evenly.
@@ -39,8 +39,8 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The lines of sight from the shape to the origin, −e over the shape, as patches and their shares of the area (the
-    /// hole of a ring is negative); none for a point.
+    /// The lines of sight from the shape to the origin, −e over the shape, as patches and their shares of the area
+    /// (the hole of a ring is negative); none for a point.
     pub(crate) fn patches(&self) -> Vec<(Patch, f64)> {
         let disc = |centre: DVec3, radius: f64| Patch::Disc {
             centre: -centre,
@@ -118,19 +118,19 @@ pub struct Part {
     /// Where it leaves from.
     pub shape: Shape,
     /// Its intensity distribution.
-    pub table: Arc<Table>,
+    pub table: Arc<IntensityTable>,
     /// Rotation from the part's own frame (in which the table stands) to the luminaire's; `None` is the identity.
     pub aim: Option<DMat3>,
 }
 
 /// An emitter: parts whose light adds.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct LightSource {
     parts: Vec<Part>,
     extinction_per_mm: f64,
 }
 
-impl Source {
+impl LightSource {
     /// The emitter of these parts.
     pub fn new(parts: Vec<Part>) -> Self {
         Self {
@@ -140,7 +140,7 @@ impl Source {
     }
 
     /// All of `table` from one point, disc or rectangle.
-    pub fn single(table: Arc<Table>, shape: Shape) -> Self {
+    pub fn single(table: Arc<IntensityTable>, shape: Shape) -> Self {
         Self::new(vec![Part {
             share: 1.0,
             shape,

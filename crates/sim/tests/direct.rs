@@ -7,8 +7,8 @@ use isolux_photometry::IntensityDistribution;
 use isolux_sim::direct::{self, Counts, DirectError, Sampling};
 use isolux_sim::inverse::{self, Accuracy};
 use isolux_sim::sensor::{Pose, Sensor};
-use isolux_sim::source::{Shape, Source};
-use isolux_sim::table::Table;
+use isolux_sim::source::{LightSource, Shape};
+use isolux_sim::table::IntensityTable;
 use isolux_sim::{emission::Emission, noise};
 
 fn lobe() -> IntensityDistribution {
@@ -25,9 +25,9 @@ fn lobe() -> IntensityDistribution {
     IntensityDistribution::new(c_deg, gamma_deg, intensity_cd).unwrap()
 }
 
-fn scene() -> (Source, Sensor) {
-    let source = Source::single(
-        Arc::new(Table::new(&lobe())),
+fn scene() -> (LightSource, Sensor) {
+    let source = LightSource::single(
+        Arc::new(IntensityTable::new(&lobe())),
         Shape::Disc {
             centre: DVec3::ZERO,
             radius: 3.0,
@@ -159,9 +159,9 @@ fn results_do_not_depend_on_threads() {
 
 #[test]
 fn a_ring_and_leds_emit_as_they_are_integrated() {
-    let table = Arc::new(Table::new(&lobe()));
+    let table = Arc::new(IntensityTable::new(&lobe()));
     let (_, sensor) = scene();
-    let ring = Source::single(
+    let ring = LightSource::single(
         Arc::clone(&table),
         Shape::Ring {
             centre: DVec3::ZERO,
@@ -170,7 +170,7 @@ fn a_ring_and_leds_emit_as_they_are_integrated() {
         },
     );
     let aim = isolux_sim::sensor::rotation(0.0, 6.0, 0.0);
-    let leds = Source::new(
+    let leds = LightSource::new(
         [(-12.0, Some(aim)), (12.0, None), (5.0, Some(aim.transpose()))]
             .into_iter()
             .map(|(x, aim)| isolux_sim::source::Part {
@@ -203,7 +203,7 @@ fn refuses_what_cannot_be_traced() {
     let (source, sensor) = scene();
     assert_eq!(direct::thinned(&source, &sensor, 0, 1), Err(DirectError::NoRays));
     let dark = IntensityDistribution::new(vec![0.0], vec![0.0, 90.0], vec![0.0, -1.0]).unwrap();
-    let dark = Source::single(Arc::new(Table::new(&dark)), Shape::Point(DVec3::ZERO));
+    let dark = LightSource::single(Arc::new(IntensityTable::new(&dark)), Shape::Point(DVec3::ZERO));
     assert!(matches!(
         direct::traced(&dark, &sensor, 10, 1),
         Err(DirectError::Dark { .. })

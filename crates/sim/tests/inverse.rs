@@ -7,8 +7,8 @@ use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 use isolux_sim::inverse::{self, Accuracy, Map};
 use isolux_sim::sensor::{Pose, Sensor};
-use isolux_sim::source::{Shape, Source};
-use isolux_sim::table::Table;
+use isolux_sim::source::{LightSource, Shape};
+use isolux_sim::table::IntensityTable;
 
 fn pose(size_mm: f64, pixels: usize, distance_mm: f64) -> Pose {
     Pose {
@@ -37,9 +37,9 @@ fn rough() -> IntensityDistribution {
     IntensityDistribution::new(c_deg, gamma_deg, intensity_cd).unwrap()
 }
 
-fn disc(distribution: &IntensityDistribution, radius: f64) -> Source {
-    Source::single(
-        Arc::new(Table::new(distribution)),
+fn disc(distribution: &IntensityDistribution, radius: f64) -> LightSource {
+    LightSource::single(
+        Arc::new(IntensityTable::new(distribution)),
         Shape::Disc {
             centre: DVec3::ZERO,
             radius,
@@ -78,7 +78,7 @@ fn brute(
     sum / (n * n * rings * spokes) as f64
 }
 
-fn reference(source: &Source, sensor: &Sensor) -> Map {
+fn reference(source: &LightSource, sensor: &Sensor) -> Map {
     inverse::solve(source, sensor, Accuracy::Reference)
 }
 
@@ -88,7 +88,7 @@ fn a_point_source_on_the_axis_obeys_the_inverse_square_law() {
     let isotropic = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![100.0; 2]).unwrap();
     let sensor = Sensor::new(&pose(400.0, 1, 100.0)).unwrap();
     let map = reference(
-        &Source::single(Arc::new(Table::new(&isotropic)), Shape::Point(DVec3::ZERO)),
+        &LightSource::single(Arc::new(IntensityTable::new(&isotropic)), Shape::Point(DVec3::ZERO)),
         &sensor,
     );
     let solid_angle = 4.0 * (1.6e5_f64 / (1.6e5 + 4.0e4)).asin();
@@ -158,7 +158,7 @@ fn a_closed_box_receives_the_flux() {
     let flux = distribution.flux_lm();
     for radius in [0.0, 5.0] {
         let source = if radius == 0.0 {
-            Source::single(Arc::new(Table::new(&distribution)), Shape::Point(DVec3::ZERO))
+            LightSource::single(Arc::new(IntensityTable::new(&distribution)), Shape::Point(DVec3::ZERO))
         } else {
             disc(&distribution, radius)
         };
@@ -262,7 +262,7 @@ fn both_accuracies_keep_to_the_bounds_that_they_state() {
         ("disc, rotational", &rotational, disc, pose(24.576, 128, 300.0)),
     ];
     for (name, distribution, shape, pose) in cases {
-        let source = Source::single(Arc::new(Table::new(distribution)), shape);
+        let source = LightSource::single(Arc::new(IntensityTable::new(distribution)), shape);
         let sensor = Sensor::new(&pose).unwrap();
         let quick = inverse::solve(&source, &sensor, Accuracy::Standard);
         assert!(quick.bound.of_allowed <= 1.0, "{name}: {:?}", quick.bound);
@@ -305,7 +305,7 @@ fn both_accuracies_keep_to_the_bounds_that_they_state() {
 #[test]
 fn leds_are_the_sum_of_their_points() {
     let distribution = ring_illuminator(5.3);
-    let table = Arc::new(Table::new(&distribution));
+    let table = Arc::new(IntensityTable::new(&distribution));
     let leds = 5;
     let part = |k: i32, share: f64| {
         let (sin, cos) = (TAU * f64::from(k) / f64::from(leds)).sin_cos();
@@ -317,11 +317,11 @@ fn leds_are_the_sum_of_their_points() {
         }
     };
     let sensor = Sensor::new(&pose(24.576, 512, 150.0)).unwrap();
-    let ring = Source::new((0..leds).map(|k| part(k, 1.0 / f64::from(leds))).collect());
+    let ring = LightSource::new((0..leds).map(|k| part(k, 1.0 / f64::from(leds))).collect());
     let all = reference(&ring, &sensor);
     let mut sum = vec![0.0; sensor.pixels()];
     for k in 0..leds {
-        let one = reference(&Source::new(vec![part(k, 1.0 / f64::from(leds))]), &sensor);
+        let one = reference(&LightSource::new(vec![part(k, 1.0 / f64::from(leds))]), &sensor);
         sum.iter_mut()
             .zip(one.illuminance_lx)
             .for_each(|(sum, one)| *sum += one);
@@ -335,10 +335,10 @@ fn leds_are_the_sum_of_their_points() {
 #[test]
 fn a_ring_is_the_mean_of_its_points() {
     let distribution = rough();
-    let table = Arc::new(Table::new(&distribution));
+    let table = Arc::new(IntensityTable::new(&distribution));
     let sensor = Sensor::new(&pose(10.0, 2, 80.0)).unwrap();
     let found = reference(
-        &Source::single(
+        &LightSource::single(
             Arc::clone(&table),
             Shape::Ring {
                 centre: DVec3::ZERO,
@@ -393,10 +393,10 @@ fn outlines_and_chords_agree_on_near_emitters() {
         offset_mm: [14.0, -9.0],
         ..pose(10.0, 1, 40.0)
     };
-    let table = Arc::new(Table::new(&rough()));
+    let table = Arc::new(IntensityTable::new(&rough()));
     for shape in shapes {
         for pose in [pose(6.0, 1, 20.0), tilted] {
-            let source = Source::single(Arc::clone(&table), shape);
+            let source = LightSource::single(Arc::clone(&table), shape);
             let sensor = Sensor::new(&pose).unwrap();
             let (outlines, chords) = (reference(&source, &sensor), inverse::solve_each(&source, &sensor));
             for (a, b) in outlines.illuminance_lx.iter().zip(&chords.illuminance_lx) {
@@ -419,8 +419,8 @@ fn a_thin_ring_near_the_sensor_obeys_its_closed_form() {
     let intensity = gamma_deg.iter().map(|g| 250.0 * g.to_radians().cos()).collect();
     let lambert = IntensityDistribution::new(vec![0.0], gamma_deg, intensity).unwrap();
     for (inner, outer, distance) in [(11.0, 17.0, 20.0), (16.5, 17.0, 40.0)] {
-        let ring = Source::single(
-            Arc::new(Table::new(&lambert)),
+        let ring = LightSource::single(
+            Arc::new(IntensityTable::new(&lambert)),
             Shape::Ring {
                 centre: DVec3::ZERO,
                 inner,
@@ -451,8 +451,12 @@ fn a_pixel_whose_middle_is_dark_is_bounded_and_soon_done() {
             radius: 2.0,
         },
     ] {
-        let map = reference(&Source::single(Arc::new(Table::new(&cone)), shape), &sensor);
-        // Rows of the pixel in closed form for a point, ∫ d/(x² + y² + d²)^(3/2) dx; spots of the disc by brute force.
+        let map = reference(
+            &LightSource::single(Arc::new(IntensityTable::new(&cone)), shape),
+            &sensor,
+        );
+        // Rows of the pixel in closed form for a point, ∫ d/(x² + y² + d²)^(3/2) dx; spots of the disc by brute
+        // force.
         let of = |spot: DVec3| {
             let rows = 4000;
             let mut sum = 0.0;

@@ -13,9 +13,9 @@ const TABLE: usize = cie::LAST_NM - cie::FIRST_NM + 1;
 /// Nanometre `i` reaches from 359 + i to 360 + i, so that the entry of 360 + i lies between nanometres `i` and `i + 1`.
 const NANOMETRES: usize = TABLE + 1;
 
-/// Entries w(360), … w(830) with Σ w·t = ∫ Π S·t dλ for every table t that is linear between whole nanometres: ∫ Π
-/// S·hat dλ with the triangle "hat" of ±1 nm about each. In a nanometre where no factor has a point, half of the
-/// product at each end.
+/// Entries w(360), … w(830) with Σ w·t = ∫ Π S·t dλ for every table t that is linear between whole
+/// nanometres: ∫ Π S·hat dλ with the triangle "hat" of ±1 nm about each. In a nanometre where no factor has a
+/// point, half of the product at each end.
 pub(crate) fn per_nm(factors: &[&Spectrum]) -> [f64; TABLE] {
     let parts: Vec<Option<[f64; 2]>> = (0..NANOMETRES).map(|i| exact(factors, from(i))).collect();
     let outside = |i: usize| {
@@ -40,8 +40,8 @@ fn from(i: usize) -> f64 {
     (cie::FIRST_NM - 1 + i) as f64
 }
 
-/// ∫ Π S·(1 − t) and ∫ Π S·t over the nanometre that begins at `from_nm`, t = 0…1 across it; none where no factor has a
-/// point strictly inside.
+/// ∫ Π S·(1 − t) and ∫ Π S·t over the nanometre that begins at `from_nm`, t = 0…1 across it; none where no
+/// factor has a point strictly inside.
 fn exact(factors: &[&Spectrum], from_nm: f64) -> Option<[f64; 2]> {
     let to_nm = from_nm + 1.0;
     let mut bends: Vec<f64> = factors
@@ -60,8 +60,8 @@ fn exact(factors: &[&Spectrum], from_nm: f64) -> Option<[f64; 2]> {
     let mut sums = [0.0; 2];
     for piece in bends.windows(2) {
         let (a, b) = (piece[0], piece[1]);
-        let lit = |s: &&Spectrum| s.first_nm() <= a && s.last_nm() >= b;
-        if a == b || !factors.iter().all(lit) {
+        let illuminated = |s: &&Spectrum| s.first_nm() <= a && s.last_nm() >= b;
+        if a == b || !factors.iter().all(illuminated) {
             continue;
         }
         // At most two lines times the hat's: Simpson's rule is exact for a cubic.

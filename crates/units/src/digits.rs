@@ -30,8 +30,8 @@ pub fn rounded(value: f64, expanded: f64, finest: i32) -> Rounded {
 
 /// A value with its expanded uncertainty for a standard uncertainty `u`: `5897 ± 25 K (k = 2)`.
 pub fn stated(value: f64, u: f64, unit: &str) -> String {
-    let said = rounded(value, K * u, -12);
-    format!("{} ± {} {unit} (k = 2)", said.value, said.expanded)
+    let stated = rounded(value, K * u, -12);
+    format!("{} ± {} {unit} (k = 2)", stated.value, stated.expanded)
 }
 
 /// A value alone, to the place that its expanded uncertainty leaves.
@@ -139,9 +139,9 @@ mod tests {
             (-0.000_4, 0.3, -9, ("0.0", "0.3")),
             (8.25, 0.0, -9, ("8.250", "0.000")),
         ] {
-            let said = rounded(value, expanded, finest);
+            let stated = rounded(value, expanded, finest);
             assert_eq!(
-                (said.value.as_str(), said.expanded.as_str()),
+                (stated.value.as_str(), stated.expanded.as_str()),
                 wanted,
                 "{value} ± {expanded}"
             );

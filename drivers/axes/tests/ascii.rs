@@ -117,7 +117,7 @@ impl Table {
     }
 
     fn answer(&mut self, command: &str) -> Option<String> {
-        let said = match command {
+        let stated = match command {
             "VE" => "VE TT9 2.1".to_owned(),
             "VA?" => format!("VA{:.2}", self.speed),
             "TP" => format!("TP{:.3}", self.position()),
@@ -153,7 +153,7 @@ impl Table {
             }
             _ => "?C".to_owned(),
         };
-        Some(said)
+        Some(stated)
     }
 }
 
@@ -202,8 +202,8 @@ fn bench() -> Bench {
                             if table.dead {
                                 continue;
                             }
-                            let said = table.answer(&command).map_or(String::new(), |text| text + "\n");
-                            let bytes = [&line[..], said.as_bytes()].concat();
+                            let stated = table.answer(&command).map_or(String::new(), |text| text + "\n");
+                            let bytes = [&line[..], stated.as_bytes()].concat();
                             let old = std::mem::replace(&mut table.old, bytes.clone());
                             (bytes, table.faults.pop_front().unwrap_or(Fault::Normal), old)
                         };
@@ -336,20 +336,20 @@ async fn it_homes_moves_stops_and_must_be_homed_in_every_session() {
 
 #[tokio::test(start_paused = true)]
 async fn faults_stalls_and_what_does_not_obey_are_told() {
-    let told = async |prepare: fn(&mut Table), words: &str| {
+    let described = async |prepare: fn(&mut Table), words: &str| {
         let bench = bench();
         let axis = bench.homed().await;
         bench.with(prepare);
         let error = axis.move_to(angle(-90.0)).await.unwrap_err();
         assert!(error.to_string().contains(words), "{words}: {error}");
     };
-    told(|table| table.stall_at = Some(-20.0), "stalled").await;
-    told(
+    described(|table| table.stall_at = Some(-20.0), "stalled").await;
+    described(
         |table| table.ignores_moves = true,
         "it came to rest at 12500 and not at -90000",
     )
     .await;
-    told(|table| table.hot = true, "motor over temperature").await;
+    described(|table| table.hot = true, "motor over temperature").await;
     let bench = bench();
     let axis = bench.homed().await;
     axis.start_move(angle(-90.0)).await.unwrap();

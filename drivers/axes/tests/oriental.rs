@@ -342,7 +342,7 @@ fn moves(room: &Mutex<Room>) -> usize {
 }
 
 /// How many requests the drive has understood.
-fn asked(room: &Mutex<Room>) -> usize {
+fn requested(room: &Mutex<Room>) -> usize {
     let room = room.lock().unwrap();
     room.read + room.written.len()
 }
@@ -596,10 +596,10 @@ async fn a_shaft_pushed_at_rest_and_a_cut_of_power_are_told_apart() {
         axis.position().await.unwrap_err(),
         axis.start_move(angle(1.0)).await.unwrap_err(),
     ] {
-        let said = error.to_string();
+        let stated = error.to_string();
         assert!(
-            said.contains("displaced while stationary: it is at 2600, the drive holds 2560"),
-            "{said}"
+            stated.contains("displaced while stationary: it is at 2600, the drive holds 2560"),
+            "{stated}"
         );
     }
     room.lock().unwrap().pushed = 0;
@@ -745,7 +745,7 @@ async fn wrong_addresses_are_refused_before_anything_is_opened() {
 async fn a_dead_drive_is_asked_as_often_as_is_stated() {
     let (axis, room) = homed().await;
     for (at, reads) in [(OUTPUTS, true), (INPUTS, false)] {
-        let before = asked(&room);
+        let before = requested(&room);
         room.lock().unwrap().faults = [(at, Fault::Silent); 40].into();
         let error = if reads {
             axis.position().await
@@ -753,6 +753,6 @@ async fn a_dead_drive_is_asked_as_often_as_is_stated() {
             axis.stop().await
         };
         assert_eq!(error.unwrap_err().kind(), ErrorKind::Timeout);
-        assert_eq!(asked(&room) - before, TRIES as usize, "{at:04X}");
+        assert_eq!(requested(&room) - before, TRIES as usize, "{at:04X}");
     }
 }

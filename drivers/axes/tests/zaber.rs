@@ -206,8 +206,8 @@ async fn serve(room: Arc<Mutex<Room>>, mut stream: DuplexStream) {
             if fault.is_some() {
                 room.faults.pop_front();
             }
-            let said = room.answer(axis, &words);
-            (format!("{device:0>2} {axis} {id:0>2} {said}"), fault, room.checksums)
+            let stated = room.answer(axis, &words);
+            (format!("{device:0>2} {axis} {id:0>2} {stated}"), fault, room.checksums)
         };
         let mut frame = format!("@{body}:{}\r\n", lrc(&body)).into_bytes();
         let old = by_id.insert(body[..7].to_owned(), frame.clone());
@@ -641,9 +641,9 @@ async fn a_rail_is_no_angle_in_any_message() {
         AxisSettings::new(scale, (mm(limit.0), mm(limit.1)), 10.0, acceleration).unwrap()
     };
     let target = Target::parse("zaber:memory:axes?axis=3").unwrap();
-    let mut said = Vec::new();
+    let mut stated = Vec::new();
     for settings in [rail((100.0, 9000.0), 200.0), rail((100.0, 900.0), 1e-9)] {
-        said.push(
+        stated.push(
             driver
                 .open_linear_axis(&target, settings)
                 .await
@@ -657,22 +657,22 @@ async fn a_rail_is_no_angle_in_any_message() {
         .await
         .unwrap();
     axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
-    said.push(axis.start_move(mm(50.0)).await.unwrap_err().to_string());
+    stated.push(axis.start_move(mm(50.0)).await.unwrap_err().to_string());
     let there = axis.move_to(mm(150.0)).await.unwrap();
     assert_eq!((there.steps, there.place), (15_000, mm(150.0)));
-    said.push(there.place.to_string());
+    stated.push(there.place.to_string());
     room.lock().unwrap().stall_at = Some(20_000.0);
-    said.push(axis.move_to(mm(300.0)).await.unwrap_err().to_string());
-    for text in &said {
+    stated.push(axis.move_to(mm(300.0)).await.unwrap_err().to_string());
+    for text in &stated {
         assert!(!text.contains('°') && !text.contains("deg"), "{text}");
     }
     assert!(
-        said[0].contains("limit_mm") && said[0].contains("9000 mm is outside"),
+        stated[0].contains("limit_mm") && stated[0].contains("9000 mm is outside"),
         "{}",
-        said[0]
+        stated[0]
     );
     assert!(
-        said[1].contains("accel_mm_s2") && said[2].contains("100 mm to 900 mm"),
-        "{said:?}"
+        stated[1].contains("accel_mm_s2") && stated[2].contains("100 mm to 900 mm"),
+        "{stated:?}"
     );
 }

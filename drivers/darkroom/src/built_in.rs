@@ -19,8 +19,8 @@ pub struct Completed {
     tables: Vec<String>,
     /// Of tables that the file has a part of: the keys that it gives itself.
     parts: BTreeMap<String, Vec<String>>,
-    /// Flaws that are on in the built-in room, and that the file does not name.
-    flaws: Vec<String>,
+    /// Injected effects that are on in the built-in room, and that the file does not name.
+    injected_effects: Vec<String>,
 }
 
 impl Completed {
@@ -29,7 +29,7 @@ impl Completed {
         self.keys.is_empty()
     }
 
-    /// The dotted keys that were completed, but for flaws that are off.
+    /// The dotted keys that were completed, but for injected effects that are off.
     pub fn keys(&self) -> &[String] {
         &self.keys
     }
@@ -42,8 +42,8 @@ impl fmt::Display for Completed {
             let given = given.join(", ");
             format!("[{table}] but for {given}")
         }));
-        if !self.flaws.is_empty() {
-            words.push(format!("the flaws {}", self.flaws.join(", ")));
+        if !self.injected_effects.is_empty() {
+            words.push(format!("the injected effects {}", self.injected_effects.join(", ")));
         }
         write!(f, "completed from the built-in room: {}", words.join("; "))
     }
@@ -61,10 +61,10 @@ pub(crate) fn ring_key_beside_table(given: &Table) -> Option<&'static str> {
 /// The table of the whole room: what `given` says, and the built-in room where it is silent.
 pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Error> {
     let mut whole: Table = BUILT_IN.parse()?;
-    let own_flaws = given.get("flaws").and_then(Value::as_table);
-    if own_flaws.and_then(|flaws| flaws.get("only")?.as_bool()) == Some(true) {
+    let own_injected_effects = given.get("injected_effects").and_then(Value::as_table);
+    if own_injected_effects.and_then(|injected_effects| injected_effects.get("only")?.as_bool()) == Some(true) {
         // What is left out is at its null, as the types have it.
-        whole.insert("flaws".to_owned(), Table::new().into());
+        whole.insert("injected_effects".to_owned(), Table::new().into());
     }
     let lamp = given.get("lamp").and_then(Value::as_table);
     if lamp.is_some_and(|lamp| lamp.contains_key("table"))
@@ -124,12 +124,12 @@ fn lay_over(whole: &mut Table, given: &Table, path: &str, completed: &mut Comple
         let Value::Table(inner) = value else { continue };
         match given.get(key) {
             Some(Value::Table(own)) => lay_over(inner, own, &dotted(key), completed),
-            _ if path == "flaws" => {
+            _ if path == "injected_effects" => {
                 if !is_off(key, inner) {
                     completed
                         .keys
                         .extend(inner.keys().map(|inner| format!("{path}.{key}.{inner}")));
-                    completed.flaws.push(key.clone());
+                    completed.injected_effects.push(key.clone());
                 }
             }
             _ => lay_over(inner, &nothing, &dotted(key), completed),
@@ -137,12 +137,12 @@ fn lay_over(whole: &mut Table, given: &Table, path: &str, completed: &mut Comple
     }
 }
 
-/// Whether a flaw has the values at which it changes nothing.
+/// Whether an injected effect has the values at which it changes nothing.
 fn is_off(name: &str, values: &Table) -> bool {
-    let null = crate::Flaws::default();
+    let null = crate::InjectedEffects::default();
     null.values()
         .iter()
-        .filter(|(flaw, ..)| *flaw == name)
+        .filter(|(effect, ..)| *effect == name)
         .all(|(_, key, null)| values.get(*key).and_then(Value::as_float) == Some(*null))
 }
 
@@ -163,7 +163,7 @@ mod tests {
     fn complete(text: &str) -> (Darkroom, Completed) {
         let file = "darkroom.toml".into();
         let no_file = |_: &str| Err("no file".to_owned());
-        Darkroom::complete(isolux_document::Source { file, text }, &no_file).unwrap()
+        Darkroom::complete(isolux_document::SourceText { file, text }, &no_file).unwrap()
     }
 
     #[test]
@@ -179,46 +179,52 @@ mod tests {
     }
 
     #[test]
-    fn one_flaw_alone_changes_that_flaw_alone() {
+    fn one_effect_alone_changes_that_effect_alone() {
         let built_in = Darkroom::built_in().unwrap();
-        let (room, completed) = complete("[flaws]\nfloor_reflection = { albedo = 0.2 }\n");
+        let (room, completed) = complete("[injected_effects]\nfloor_reflection = { albedo = 0.2 }\n");
         let mut expected = built_in.clone();
-        expected.flaws.floor_reflection.albedo = 0.2;
+        expected.injected_effects.floor_reflection.albedo = 0.2;
         assert_eq!(room, expected);
-        assert_eq!(room.flaws.lamp_warmup.amplitude_rel, 0.045);
+        assert_eq!(room.injected_effects.lamp_warmup.amplitude_rel, 0.045);
         let line = completed.to_string();
         assert_eq!(
             line,
             "completed from the built-in room: seed; [axis.c]; [axis.gamma]; [bench]; [camera]; [lamp]; [luxmeter]; [powermeter]; [room]; \
-             [spectroradiometer]; [flaws.floor_reflection] but for albedo; the flaws ambient_stray, dark_offset, distance_offset, \
+             [spectroradiometer]; [injected_effects.floor_reflection] but for albedo; \
+             the injected effects ambient_stray, dark_offset, distance_offset, \
              lamp_drift, lamp_warmup"
         );
         assert!(
             completed
                 .keys()
-                .contains(&"flaws.lamp_warmup.time_constant_s".to_owned())
+                .contains(&"injected_effects.lamp_warmup.time_constant_s".to_owned())
         );
     }
 
     #[test]
-    fn a_flaw_is_switched_off_by_its_null_and_all_others_by_only() {
-        let off = Darkroom::parse("[flaws]\nlamp_warmup = { amplitude_rel = 0.0 }\n").unwrap();
-        assert_eq!(off.flaws.lamp_warmup.amplitude_rel, 0.0);
-        assert_eq!(off.flaws.dark_offset.offset_lx, 0.006);
-        let (only, completed) = complete("[flaws]\nonly = true\ngamma_zero = { offset_deg = 0.1 }\n");
-        let mut expected = crate::Flaws::default();
+    fn a_effect_is_switched_off_by_its_null_and_all_others_by_only() {
+        let off = Darkroom::parse("[injected_effects]\nlamp_warmup = { amplitude_rel = 0.0 }\n").unwrap();
+        assert_eq!(off.injected_effects.lamp_warmup.amplitude_rel, 0.0);
+        assert_eq!(off.injected_effects.dark_offset.offset_lx, 0.006);
+        let (only, completed) = complete("[injected_effects]\nonly = true\ngamma_zero = { offset_deg = 0.1 }\n");
+        let mut expected = crate::InjectedEffects::default();
         expected.gamma_zero.offset_deg = 0.1;
-        assert_eq!(only.flaws, expected);
-        assert!(!completed.to_string().contains("flaws"), "{completed}");
-        // Not even a further key of a flaw that is named.
-        let only = Darkroom::parse("[flaws]\nonly = true\ndark_offset = { offset_lx = 0.3 }\n").unwrap();
+        assert_eq!(only.injected_effects, expected);
+        assert!(!completed.to_string().contains("injected_effects"), "{completed}");
+        // Not even a further key of an injected effect that is named.
+        let only = Darkroom::parse("[injected_effects]\nonly = true\ndark_offset = { offset_lx = 0.3 }\n").unwrap();
         assert_eq!(
-            (only.flaws.dark_offset.offset_lx, only.flaws.dark_offset.offset_rel),
+            (
+                only.injected_effects.dark_offset.offset_lx,
+                only.injected_effects.dark_offset.offset_rel
+            ),
             (0.3, 0.0)
         );
         assert_eq!(
-            Darkroom::parse("[flaws]\nonly = true\n").unwrap().flaws,
-            crate::Flaws::default()
+            Darkroom::parse("[injected_effects]\nonly = true\n")
+                .unwrap()
+                .injected_effects,
+            crate::InjectedEffects::default()
         );
     }
 }

@@ -85,10 +85,10 @@ impl Room {
     ///
     /// Each bin is the mean of Gauss points; at each point every LED is traced through glass and micro-lens.
     pub fn sensor_map(&self, frame: &SensorFrame, pose: &MapPose, unit: Unit) -> Vec<f64> {
-        let flaws = &self.document().flaws;
+        let injected_effects = &self.document().injected_effects;
         let [nx, ny] = frame.bins;
         let full_scale_lx = self.document().camera.full_scale_lx;
-        let exposure = pose.exposure + flaws.exposure_offset.offset;
+        let exposure = pose.exposure + injected_effects.exposure_offset.offset;
         let signal_per_lx = exposure / full_scale_lx;
         let mut map = vec![0.0; nx * ny];
         if !pose.capped {
@@ -99,16 +99,18 @@ impl Room {
                     map[iy * nx + ix] = signal_per_lx * self.bin_lx(frame, &geometry, ix, iy, splits);
                 }
             }
-            if pose.lamp && flaws.ghost.amplitude_rel != 0.0 {
+            if pose.lamp && injected_effects.ghost.amplitude_rel != 0.0 {
                 let centre = signal_per_lx * geometry.lamp_lx(self, DVec2::ZERO);
                 self.add_ghost(frame, centre, &mut map);
             }
         }
-        let spread = smear(&map, nx, ny, flaws.crosstalk.width_px);
+        let spread = smear(&map, nx, ny, injected_effects.crosstalk.width_px);
         let rescale = match unit {
             Unit::Relative => 1.0,
             Unit::Lux => full_scale_lx,
-            Unit::WattPerSquareMetre => full_scale_lx * self.spectrum().watt_per_lux() / flaws.ler_scale.factor,
+            Unit::WattPerSquareMetre => {
+                full_scale_lx * self.spectrum().watt_per_lux() / injected_effects.ler_scale.factor
+            }
         };
         spread
             .into_iter()
@@ -154,7 +156,7 @@ impl Room {
                     for gx in INSIDE {
                         let place = corner + cell * DVec2::new(sx as f64 + 0.5 + gx, sy as f64 + 0.5 + gy);
                         let lamp = geometry.lamp_lx(self, place) * self.stripes(place);
-                        let ambient = self.document().flaws.ambient_light.illuminance_lx;
+                        let ambient = self.document().injected_effects.ambient_light.illuminance_lx;
                         sum += (lamp + ambient) * self.responsivity(frame, place);
                     }
                 }
@@ -165,24 +167,24 @@ impl Room {
 
     /// Responsivity at a place of the sensor (mm), relative to its centre: vignetting and gradient.
     fn responsivity(&self, frame: &SensorFrame, place: DVec2) -> f64 {
-        let flaws = &self.document().flaws;
+        let injected_effects = &self.document().injected_effects;
         let half_mm = 0.5 * frame.size_mm[0];
         let radius_square = place.length_squared() / (half_mm * half_mm);
         // cos⁴ = (1 + r²/f²)^−2, with f such that the loss at r = 1 is as stated.
-        let per_radius = 1.0 / (1.0 - flaws.vignetting.coefficient_rel).sqrt() - 1.0;
+        let per_radius = 1.0 / (1.0 - injected_effects.vignetting.coefficient_rel).sqrt() - 1.0;
         let cos4 = (1.0 + per_radius * radius_square).powi(-2);
-        let rise = &flaws.prnu_gradient;
+        let rise = &injected_effects.prnu_gradient;
         let along = place.dot(DVec2::from_angle(rise.azimuth_deg.to_radians())) / half_mm;
         cos4 * (1.0 + rise.gradient_rel * along)
     }
 
     fn stripes(&self, place: DVec2) -> f64 {
-        let banding = &self.document().flaws.flicker_banding;
+        let banding = &self.document().injected_effects.flicker_banding;
         1.0 + banding.amplitude_rel * (std::f64::consts::TAU * place.y / banding.period_mm + banding.phase_rad).sin()
     }
 
     fn add_ghost(&self, frame: &SensorFrame, centre_signal: f64, map: &mut [f64]) {
-        let ghost = &self.document().flaws.ghost;
+        let ghost = &self.document().injected_effects.ghost;
         let [nx, ny] = frame.bins;
         for iy in 0..ny {
             for ix in 0..nx {
@@ -196,14 +198,15 @@ impl Room {
 
     /// From collected charge to the stored signal, relative to full scale.
     fn read_out(&self, signal: f64) -> f64 {
-        let flaws = &self.document().flaws;
-        let bent = saturating(signal, flaws.nonlinearity.inverse_scale) + flaws.dark_offset.offset_rel;
-        let clipped = if flaws.saturation.level_rel > 0.0 {
-            bent.min(flaws.saturation.level_rel)
+        let injected_effects = &self.document().injected_effects;
+        let bent =
+            saturating(signal, injected_effects.nonlinearity.inverse_scale) + injected_effects.dark_offset.offset_rel;
+        let clipped = if injected_effects.saturation.level_rel > 0.0 {
+            bent.min(injected_effects.saturation.level_rel)
         } else {
             bent
         };
-        let step = flaws.quantization.step_rel;
+        let step = injected_effects.quantization.step_rel;
         if step > 0.0 {
             (clipped / step).round() * step
         } else {
@@ -222,22 +225,23 @@ struct Geometry {
 
 impl Geometry {
     fn new(room: &Room, pose: &MapPose) -> Self {
-        let flaws = &room.document().flaws;
+        let injected_effects = &room.document().injected_effects;
         let stated = DMat3::from_rotation_x(pose.tilt_x_deg.to_radians())
             * DMat3::from_rotation_y(pose.tilt_y_deg.to_radians())
             * DMat3::from_rotation_z(pose.rot_z_deg.to_radians());
-        let tilt = &flaws.sensor_tilt;
+        let tilt = &injected_effects.sensor_tilt;
         // The chip's −z faces the lamp: leaning +z away from the azimuth lifts that side towards the lamp.
         let in_housing = lean(tilt.angle_deg.to_radians(), tilt.azimuth_deg.to_radians());
-        let stage = DVec2::from_angle(flaws.stage_lateral.azimuth_deg.to_radians()) * flaws.stage_lateral.offset_mm;
-        let source = &flaws.source_tilt;
+        let stage = DVec2::from_angle(injected_effects.stage_lateral.azimuth_deg.to_radians())
+            * injected_effects.stage_lateral.offset_mm;
+        let source = &injected_effects.source_tilt;
         let source_lean = lean(
             source.angle_deg.to_radians(),
             source.azimuth_deg.to_radians() + std::f64::consts::PI,
         );
         let output = match (pose.lamp, pose.time_s) {
             (false, _) => 0.0,
-            (true, Some(time_s)) => relative_output(flaws, time_s, 0.0),
+            (true, Some(time_s)) => relative_output(injected_effects, time_s, 0.0),
             (true, None) => 1.0,
         };
         Self {
@@ -245,7 +249,7 @@ impl Geometry {
             centre_mm: DVec3::new(
                 pose.offset_mm[0] + stage.x,
                 pose.offset_mm[1] + stage.y,
-                pose.distance_mm + flaws.sensor_axial.offset_mm,
+                pose.distance_mm + injected_effects.sensor_axial.offset_mm,
             ),
             to_lamp: source_lean.transpose(),
             output,
@@ -257,8 +261,11 @@ impl Geometry {
         if self.output == 0.0 {
             return 0.0;
         }
-        let flaws = &room.document().flaws;
-        let (glass, lens) = (&flaws.cover_glass, flaws.pixel_angular.coefficient);
+        let injected_effects = &room.document().injected_effects;
+        let (glass, lens) = (
+            &injected_effects.cover_glass,
+            injected_effects.pixel_angular.coefficient,
+        );
         let point = self.to_lamp * (self.rotation * place.extend(0.0) + self.centre_mm);
         let normal = self.to_lamp * (self.rotation * DVec3::NEG_Z);
         let mut sum = 0.0;
@@ -334,14 +341,14 @@ mod tests {
         bins: [8, 8],
     };
 
-    fn room_with(flaws: &[(&str, &str, f64)]) -> Room {
+    fn room_with(injected_effects: &[(&str, &str, f64)]) -> Room {
         let mut document = Darkroom::default();
         document.lamp.ring_diameter_mm = vec![0.0];
         document.lamp.leds_per_ring = vec![1];
         document.lamp.ellipticity_rel = 0.0;
         document.lamp.aim_spread_deg = 0.0;
-        for (name, key, value) in flaws {
-            assert!(document.flaws.set(name, key, *value), "{name}.{key}");
+        for (name, key, value) in injected_effects {
+            assert!(document.injected_effects.set(name, key, *value), "{name}.{key}");
         }
         Room::new(document)
     }
@@ -350,7 +357,8 @@ mod tests {
         room.sensor_map(&FRAME, pose, Unit::Lux)
     }
 
-    /// A point lamp cosⁿ before a parallel sensor: E = I₀ cosⁿ⁺³/d² at every point, here with fine midpoint sums.
+    /// A point lamp cosⁿ before a parallel sensor: E = I₀ cosⁿ⁺³/d² at every point, here with fine midpoint
+    /// sums.
     #[test]
     fn a_point_lamp_gives_the_closed_form() {
         let room = room_with(&[]);
@@ -525,8 +533,8 @@ mod tests {
             size_mm: [24.576, 24.576],
             bins: [65, 65],
         };
-        let ratio = |flaws: &[(&str, &str, f64)], bin: usize| {
-            room_with(flaws).sensor_map(&fine, &pose, Unit::Relative)[bin]
+        let ratio = |injected_effects: &[(&str, &str, f64)], bin: usize| {
+            room_with(injected_effects).sensor_map(&fine, &pose, Unit::Relative)[bin]
                 / room_with(&[]).sensor_map(&fine, &pose, Unit::Relative)[bin]
         };
         let middle_row = 32 * 65;

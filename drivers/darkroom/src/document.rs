@@ -1,17 +1,17 @@
-//! `darkroom.toml`: the room, its instruments, their faults and their flaws, in one file.
+//! `darkroom.toml`: the room, its instruments, their faults and their injected effects, in one file.
 //!
 //! A key that a file leaves out is that of the built-in room. An unknown key, or a value that no room can have, is an
-//! error with its line. [`Darkroom::default`] is not the built-in room but one without flaws.
+//! error with its line. [`Darkroom::default`] is not the built-in room but one without injected effects.
 
 use std::sync::Arc;
 
 use camino::Utf8Path;
-use isolux_document::{self as document, DocumentError, Source};
+use isolux_document::{self as document, DocumentError, SourceText};
 use serde::{Deserialize, Serialize};
 
 use crate::built_in::{self, BUILT_IN, Completed};
 use crate::fault::Fault;
-use crate::flaws::Flaws;
+use crate::injected_effects::InjectedEffects;
 use crate::parts::{Axes, Bench, Camera, Climate, Lamp, LuxMeter, PowerMeter, Spectroradiometer};
 use crate::rules::{self, Rules};
 use crate::table::LampTable;
@@ -44,7 +44,9 @@ pub struct Darkroom {
     /// The camera.
     pub camera: Camera,
     /// What is wrong with the room and its instruments, and is to be found.
-    pub flaws: Flaws,
+    // Rooms of earlier versions write `[flaws]`.
+    #[serde(alias = "flaws")]
+    pub injected_effects: InjectedEffects,
     /// What goes wrong on the links.
     pub fault: Vec<Fault>,
 }
@@ -62,7 +64,7 @@ impl Default for Darkroom {
             spectroradiometer: Spectroradiometer::default(),
             powermeter: PowerMeter::default(),
             camera: Camera::default(),
-            flaws: Flaws::default(),
+            injected_effects: InjectedEffects::default(),
             fault: Vec::new(),
         }
     }
@@ -84,22 +86,25 @@ impl Darkroom {
     pub fn parse(text: &str) -> Result<Self, DocumentError> {
         let file = Utf8Path::new("darkroom.toml");
         let no_file = |_: &str| Err("a room without a folder cannot name a file".to_owned());
-        Self::complete(Source { file, text }, &no_file).map(|(room, _)| room)
+        Self::complete(SourceText { file, text }, &no_file).map(|(room, _)| room)
     }
 
-    /// Reads a file, and says which keys were completed. `beside` gives the text of a file that the room names, relative
-    /// to its own.
+    /// Reads a file, and says which keys were completed. `beside` gives the text of a file that the room names,
+    /// relative to its own.
     ///
     /// # Errors
     /// As [`parse`](Self::parse), and where a file that it names cannot be read or used.
     pub fn complete(
-        source: Source<'_>,
+        source: SourceText<'_>,
         beside: &dyn Fn(&str) -> Result<String, String>,
     ) -> Result<(Self, Completed), DocumentError> {
         let in_text = |error: toml::de::Error| source.toml_error(&error);
         // What the file itself says is judged with its lines, before it is completed.
         let _: Self = toml::from_str(source.text).map_err(in_text)?;
-        let given = source.text.parse().map_err(in_text)?;
+        let mut given: toml::Table = source.text.parse().map_err(in_text)?;
+        if let Some(effects) = given.remove("flaws") {
+            given.insert("injected_effects".to_owned(), effects);
+        }
         if let Some(key) = built_in::ring_key_beside_table(&given) {
             let message = "describes rings of LEDs; leave it out beside `table`";
             return Err(source.locate(&document::Fault::new(format!("lamp.{key}"), message)));
@@ -107,7 +112,7 @@ impl Darkroom {
         let (whole, completed) =
             built_in::complete(&given).map_err(|error| source.whole(format!("the built-in room: {error}")))?;
         let mut room: Self = whole.try_into().map_err(in_text)?;
-        room.flaws.only = false;
+        room.injected_effects.only = false;
         if let Some(file) = &room.lamp.table {
             let wrong =
                 |why: String| source.locate(&document::Fault::new("lamp.table", format!("names {file}: {why}")));
@@ -133,7 +138,7 @@ impl Darkroom {
         rules::spectroradiometer(&mut rules, &self.spectroradiometer);
         rules::powermeter(&mut rules, &self.powermeter);
         rules::camera(&mut rules, &self.camera);
-        rules::flaws(&mut rules, &self.flaws);
+        rules::injected_effects(&mut rules, &self.injected_effects);
         for fault in &self.fault {
             rules::fault(&mut rules, fault);
         }
@@ -156,7 +161,7 @@ mod tests {
         let error = Darkroom::parse("seed = 2\n[lamp]\nflux = 3\n").unwrap_err();
         assert_eq!(error.line, Some(3));
         assert!(error.message.contains("flux"), "{}", error.message);
-        let error = Darkroom::parse("[flaws.gamma_zero]\noffset = 0.2\n").unwrap_err();
+        let error = Darkroom::parse("[injected_effects.gamma_zero]\noffset = 0.2\n").unwrap_err();
         assert_eq!(error.line, Some(2));
     }
 
@@ -165,7 +170,7 @@ mod tests {
         let error = Darkroom::parse("seed = 2\n[lamp]\n\nflux_lm = -3.0\n").unwrap_err();
         assert_eq!(error.line, Some(4));
         assert!(error.to_string().contains("lamp.flux_lm"), "{error}");
-        let error = Darkroom::parse("[flaws]\n\ngamma_zero = { offset_deg = nan }\n").unwrap_err();
+        let error = Darkroom::parse("[injected_effects]\n\ngamma_zero = { offset_deg = nan }\n").unwrap_err();
         assert_eq!(error.line, Some(3));
         assert!(Darkroom::parse("[axis.c]\ncounts_per_deg = \"12800/0\"\n").is_err());
     }
@@ -217,7 +222,7 @@ mod tests {
                 _ => Err("no such file".to_owned()),
             };
             let file = Utf8Path::new("darkroom.toml");
-            Darkroom::complete(Source { file, text }, &beside)
+            Darkroom::complete(SourceText { file, text }, &beside)
         };
         let lamp = "[lamp]\ntable = \"lamp.csv\"\nluminous_diameter_mm = 120.0\n";
         let (room, completed) = read(lamp, table).unwrap();
@@ -247,12 +252,16 @@ mod tests {
     }
 
     #[test]
-    fn flaws_and_faults_are_read() {
+    fn injected_effects_and_faults_are_read() {
         let room = Darkroom::parse(
-            "[flaws]\ndark_offset = { offset_lx = 0.02 }\n[[fault]]\ninstrument = \"luxmeter\"\nkind = \"late\"\nat_s = 3.0\ndelay_s = 1.5\n",
+            "[injected_effects]\ndark_offset = { offset_lx = 0.02 }\n[[fault]]\ninstrument = \"luxmeter\"\nkind = \"late\"\nat_s = 3.0\n\
+             delay_s = 1.5\n",
         )
         .unwrap();
-        assert_eq!(room.flaws.dark_offset.offset_lx, 0.02);
+        assert_eq!(room.injected_effects.dark_offset.offset_lx, 0.02);
+        let former = Darkroom::parse("[flaws]\ndark_offset = { offset_lx = 0.03 }\n").unwrap();
+        assert_eq!(former.injected_effects.dark_offset.offset_lx, 0.03);
+        assert!(Darkroom::parse("[flaws]\nonly = true\n[injected_effects]\nonly = true\n").is_err());
         assert_eq!(room.fault[0].kind, FaultKind::Late);
         assert_eq!(room.fault[0].probability, 1.0);
     }

@@ -29,9 +29,10 @@ impl Electrical {
     }
 
     /// A line with this voltage and a lamp that was switched on `time_s` ago.
-    pub fn lit(document: &Darkroom, voltage_v: f64, time_s: f64) -> Self {
+    pub fn illuminated(document: &Darkroom, voltage_v: f64, time_s: f64) -> Self {
         let lamp = &document.lamp;
-        let power_w = lamp.power_w * (1.0 + lamp.power_warmup_share * warmup_excess(&document.flaws, time_s));
+        let power_w =
+            lamp.power_w * (1.0 + lamp.power_warmup_share * warmup_excess(&document.injected_effects, time_s));
         Self {
             voltage_v,
             current_a: power_w / (voltage_v * lamp.power_factor),
@@ -43,7 +44,7 @@ impl Electrical {
 /// Whether the lamp lights on a supply with these levels.
 pub fn lights(document: &Darkroom, voltage_v: f64, limit_a: f64) -> bool {
     voltage_v >= LEAST_VOLTAGE * document.lamp.voltage_v
-        && limit_a >= Electrical::lit(document, voltage_v, 0.0).current_a
+        && limit_a >= Electrical::illuminated(document, voltage_v, 0.0).current_a
 }
 
 #[cfg(test)]
@@ -54,10 +55,10 @@ mod tests {
     fn the_cold_lamp_takes_more_by_its_share_of_the_excess_of_light() {
         let mut document = Darkroom::default();
         document.lamp.power_factor = 0.8;
-        document.flaws.lamp_warmup.amplitude_rel = 0.05;
-        let warm = Electrical::lit(&document, 24.0, 1e6);
+        document.injected_effects.lamp_warmup.amplitude_rel = 0.05;
+        let warm = Electrical::illuminated(&document, 24.0, 1e6);
         assert!((warm.power_w - 4.2).abs() < 1e-9 && (warm.current_a * 24.0 * 0.8 - 4.2).abs() < 1e-9);
-        let cold = Electrical::lit(&document, 24.0, 0.0);
+        let cold = Electrical::illuminated(&document, 24.0, 0.0);
         assert!((cold.power_w / warm.power_w - 1.02).abs() < 1e-9);
     }
 

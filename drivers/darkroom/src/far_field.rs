@@ -1,5 +1,5 @@
-//! The lamp as it is seen from far away, tabulated over the sphere: what lights a floor a metre below need not be added up
-//! LED by LED for each of its patches at each reading.
+//! The lamp as it is seen from far away, tabulated over the sphere: what lights a floor a metre below need not be
+//! added up LED by LED for each of its patches at each reading.
 
 use glam::DVec3;
 
@@ -76,7 +76,7 @@ mod tests {
     fn the_table_is_the_lamp_in_every_direction() {
         let mut room = Darkroom::default();
         room.lamp.aim_deg = 20.0;
-        let lamp = Illuminator::new(&room.lamp, &room.flaws, room.seed);
+        let lamp = Illuminator::new(&room.lamp, &room.injected_effects, room.seed);
         let (far, peak) = (FarField::new(&lamp), lamp.far_field_cd(DVec3::Z));
         for k in 0..5000 {
             let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / 5000.0;

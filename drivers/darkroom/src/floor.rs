@@ -24,8 +24,9 @@ impl Floor {
 
     /// Illuminance on a detector at `detector_mm` with the unit normal `normal` (bench frame), lx.
     ///
-    /// Each patch takes the light of the lamp and sends it on as luminance ρE/π; both paths lose to the air. `far` is the
-    /// lamp as it is seen from far away. `response` weights the light of one patch by the detector's response to its incidence cosine.
+    /// Each patch takes the light of the lamp and sends it on as luminance ρE/π; both paths lose to the air. `far`
+    /// is the lamp as it is seen from far away. `response` weights the light of one patch by the detector's response
+    /// to its incidence cosine.
     pub fn illuminance_lx(
         &self,
         lamp: &Illuminator,
@@ -89,8 +90,8 @@ fn patches(height_mm: f64, distance_mm: f64) -> impl Iterator<Item = Patch> {
     })
 }
 
-/// Places and lengths of the `n` cells of a line that is stretched like h·tan about 0: even steps of the angle seen from
-/// height h, which is where the light is.
+/// Places and lengths of the `n` cells of a line that is stretched like h·tan about 0: even steps of the angle seen
+/// from height h, which is where the light is.
 fn stretched(n: usize, height: f64, low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> {
     let (a, b) = ((low / height).atan(), (high / height).atan());
     let at = move |steps: f64| height * (a + (b - a) * steps / n as f64).tan();
@@ -101,7 +102,7 @@ fn stretched(n: usize, height: f64, low: f64, high: f64) -> impl Iterator<Item =
 mod tests {
     use super::*;
     use crate::document::Darkroom;
-    use crate::flaws::Flaws;
+    use crate::injected_effects::InjectedEffects;
 
     /// The same integral by brute force on an even grid of half a million patches.
     #[test]
@@ -109,7 +110,7 @@ mod tests {
         let mut room = Darkroom::default();
         room.lamp.ring_diameter_mm = vec![0.0];
         room.lamp.leds_per_ring = vec![1];
-        let lamp = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let lamp = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let height = 1000.0;
         let floor = Floor::new(0.3, height).unwrap();
         for (distance, gamma_deg) in [
@@ -120,7 +121,7 @@ mod tests {
             (10_000.0, 30.0),
             (700.0, -60.0),
         ] {
-            let mounted = Mounted::at(0.0, gamma_deg, 0.0, &Flaws::default());
+            let mounted = Mounted::at(0.0, gamma_deg, 0.0, &InjectedEffects::default());
             let detector = DVec3::X * distance;
             let got = floor.illuminance_lx(&lamp, &FarField::new(&lamp), &mounted, detector, -DVec3::X, 0.0, |c| c);
             let step = 100.0;

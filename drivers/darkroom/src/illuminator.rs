@@ -1,14 +1,14 @@
 //! The lamp: LEDs one by one, each with its place, its axis and its share of the flux; or a disc of points that all
 //! radiate with the lamp's table of intensities.
 //!
-//! Frame of the luminaire: light centre at the origin, z along γ = 0, direction (C, γ) = (sin γ cos C, sin γ sin C, cos
-//! γ).
+//! Frame of the luminaire: light centre at the origin, z along γ = 0, direction (C, γ) = (sin γ cos C, sin γ sin
+//! C, cos γ).
 
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::flaws::{DeadSector, Flaws, SelfAbsorption};
+use crate::injected_effects::{DeadSector, InjectedEffects, SelfAbsorption};
 use crate::noise::{Noise, Stream};
 use crate::parts::Lamp;
 use crate::table::LampTable;
@@ -80,26 +80,28 @@ pub struct Illuminator {
     far_mm: f64,
 }
 
-/// Distance in radii of the lamp from which its light on the floor is taken as that of a point: the inverse-square law is
-/// then right to about a percent of light that is itself a few thousandths of a reading.
+/// Distance in radii of the lamp from which its light on the floor is taken as that of a point: the inverse-square law
+/// is then right to about a percent of light that is itself a few thousandths of a reading.
 const FAR_RADII: f64 = 15.0;
 
 impl Illuminator {
-    /// Builds the lamp with the flaws that belong to it; `seed` is the room's, for a lamp without one of its own.
-    pub fn new(lamp: &Lamp, flaws: &Flaws, seed: u64) -> Self {
+    /// Builds the lamp with the injected effects that belong to it; `seed` is the room's, for a lamp without one of
+    /// its own.
+    pub fn new(lamp: &Lamp, injected_effects: &InjectedEffects, seed: u64) -> Self {
         match &lamp.intensities {
-            Some(table) => Self::disc(lamp.diameter_mm(), table, flaws),
-            None => Self::rings(lamp, flaws, seed),
+            Some(table) => Self::disc(lamp.diameter_mm(), table, injected_effects),
+            None => Self::rings(lamp, injected_effects, seed),
         }
     }
 
     /// A disc across the lamp's axis that radiates with `table` from every point.
-    fn disc(diameter_mm: f64, table: &Arc<LampTable>, flaws: &Flaws) -> Self {
+    fn disc(diameter_mm: f64, table: &Arc<LampTable>, injected_effects: &InjectedEffects) -> Self {
         let rings = if diameter_mm > 0.0 { DISC_RINGS } else { 0 };
         let total = f64::from(1 + 3 * rings * (rings + 1));
         let place = |ring: u32, k: u32| {
             let azimuth = std::f64::consts::TAU * (f64::from(k) + 0.5 * f64::from(ring % 2)) / f64::from(6 * ring);
-            // Ring n is the annulus between √(1 + 3n(n − 1)) and √(1 + 3n(n + 1)) of √total; its mean square is this.
+            // Ring n is the annulus between √(1 + 3n(n − 1)) and √(1 + 3n(n + 1)) of √total; its mean square
+            // is this.
             let radius = 0.5 * diameter_mm * ((1.0 + f64::from(3 * ring * ring)) / total).sqrt();
             (radius, azimuth)
         };
@@ -112,7 +114,7 @@ impl Illuminator {
                 position_mm: DVec3::new(azimuth.cos(), azimuth.sin(), 0.0) * radius,
                 axis: DVec3::Z,
                 wide: DVec3::X,
-                axial_cd: (1.0 - dead_share(&flaws.dead_sector, azimuth)) / total,
+                axial_cd: (1.0 - dead_share(&injected_effects.dead_sector, azimuth)) / total,
             })
             .collect();
         Self {
@@ -122,12 +124,12 @@ impl Illuminator {
             // Its light on the floor is that of a point: a luminaire may be as large as the floor is near.
             far_mm: 0.0,
             shape: Shape::Table(table.clone()),
-            absorber: Absorber::new(&flaws.self_absorption),
-            absorption_per_mm: flaws.air_absorption.coefficient_per_m / 1000.0,
+            absorber: Absorber::new(&injected_effects.self_absorption),
+            absorption_per_mm: injected_effects.air_absorption.coefficient_per_m / 1000.0,
         }
     }
 
-    fn rings(lamp: &Lamp, flaws: &Flaws, seed: u64) -> Self {
+    fn rings(lamp: &Lamp, injected_effects: &InjectedEffects, seed: u64) -> Self {
         let noise = Noise::new(if lamp.seed == 0 { seed } else { lamp.seed }, Stream::Leds);
         let mut places = Vec::new();
         for (ring, (&diameter, &count)) in lamp.ring_diameter_mm.iter().zip(&lamp.leds_per_ring).enumerate() {
@@ -162,7 +164,7 @@ impl Illuminator {
                 let lean = DVec3::new(spread[0] - mean[0], spread[1] - mean[1], 0.0) * stray;
                 let axis = (DVec3::Z * aim.cos() - outward * aim.sin() + lean).normalize();
                 let wide = (wide_side - axis * wide_side.dot(axis)).normalize();
-                let dimmed = 1.0 - dead_share(&flaws.dead_sector, azimuth);
+                let dimmed = 1.0 - dead_share(&injected_effects.dead_sector, azimuth);
                 Led {
                     position_mm: outward * radius,
                     axis,
@@ -181,8 +183,8 @@ impl Illuminator {
                 power: PowerTable::new(lamp.exponent),
                 ellipticity: lamp.ellipticity_rel,
             },
-            absorber: Absorber::new(&flaws.self_absorption),
-            absorption_per_mm: flaws.air_absorption.coefficient_per_m / 1000.0,
+            absorber: Absorber::new(&injected_effects.self_absorption),
+            absorption_per_mm: injected_effects.air_absorption.coefficient_per_m / 1000.0,
         }
     }
 
@@ -292,18 +294,18 @@ impl Absorber {
     /// Distance of the obstacle from the light centre: a mount's arm.
     const DISTANCE_MM: f64 = 500.0;
 
-    fn new(flaw: &SelfAbsorption) -> Option<Self> {
-        if flaw.depth_rel == 0.0 {
+    fn new(effect: &SelfAbsorption) -> Option<Self> {
+        if effect.depth_rel == 0.0 {
             return None;
         }
-        let (gamma, c) = Flaws::polar(flaw.gamma_deg, flaw.azimuth_deg);
+        let (gamma, c) = InjectedEffects::polar(effect.gamma_deg, effect.azimuth_deg);
         let normal = DVec3::new(gamma.sin() * c.cos(), gamma.sin() * c.sin(), gamma.cos());
         // Half depth at half the width: exp(−ρ²/2σ²) = ½.
-        let half_mm = Self::DISTANCE_MM * (0.5 * flaw.width_deg).to_radians().tan();
+        let half_mm = Self::DISTANCE_MM * (0.5 * effect.width_deg).to_radians().tan();
         Some(Self {
             centre_mm: normal * Self::DISTANCE_MM,
             normal,
-            depth: flaw.depth_rel,
+            depth: effect.depth_rel,
             inverse_variance: 2.0 * std::f64::consts::LN_2 / (half_mm * half_mm),
         })
     }
@@ -368,7 +370,7 @@ mod tests {
     #[test]
     fn the_lamp_gives_its_flux_and_about_a_thousand_candela_per_kilolumen() {
         let room = Darkroom::default();
-        let lamp = Illuminator::new(&room.lamp, &room.flaws, room.seed);
+        let lamp = Illuminator::new(&room.lamp, &room.injected_effects, room.seed);
         assert!((flux_lm(&lamp) / 337.0 - 1.0).abs() < 2e-5, "{}", flux_lm(&lamp));
         let peak = lamp.far_field_cd(DVec3::Z) / 0.337;
         assert!((peak - 1000.0).abs() < 10.0, "{peak}");
@@ -383,7 +385,7 @@ mod tests {
         room.lamp.flux_spread_rel = 0.0;
         room.lamp.aim_spread_deg = 0.0;
         room.lamp.ellipticity_rel = 0.0;
-        let lamp = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let lamp = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let gap = |d: f64| {
             let near: f64 = lamp
                 .rays_to(DVec3::Z * d)
@@ -409,7 +411,7 @@ mod tests {
         let mut room = Darkroom::default();
         room.lamp.aim_spread_deg = 0.0;
         room.lamp.ellipticity_rel = 0.1;
-        let lamp = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let lamp = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let gamma = 0.6f64;
         let at = |c_deg: f64| lamp.far_field_cd(direction(c_deg.to_radians(), gamma));
         let mean = 0.5 * (at(0.0) + at(90.0));
@@ -421,17 +423,17 @@ mod tests {
     #[test]
     fn dimmed_leds_shift_the_light_centre_not_the_far_field() {
         let mut room = Darkroom::default();
-        let whole = Illuminator::new(&room.lamp, &room.flaws, 1);
-        room.flaws.dead_sector.depth_rel = 0.3;
-        let dimmed = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let whole = Illuminator::new(&room.lamp, &room.injected_effects, 1);
+        room.injected_effects.dead_sector.depth_rel = 0.3;
+        let dimmed = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let ratio = |c: f64| dimmed.far_field_cd(direction(c, 0.5)) / whole.far_field_cd(direction(c, 0.5));
         assert!(ratio(0.0) < 1.0);
         assert!((ratio(0.0) / ratio(std::f64::consts::PI) - 1.0).abs() < 2e-3);
         // With outward aim the same LEDs are missed in their own half-plane.
         room.lamp.aim_deg = -10.0;
-        let aimed = Illuminator::new(&room.lamp, &room.flaws, 1);
-        room.flaws.dead_sector.depth_rel = 0.0;
-        let aimed_whole = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let aimed = Illuminator::new(&room.lamp, &room.injected_effects, 1);
+        room.injected_effects.dead_sector.depth_rel = 0.0;
+        let aimed_whole = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let ratio = |c: f64| aimed.far_field_cd(direction(c, 0.8)) / aimed_whole.far_field_cd(direction(c, 0.8));
         assert!(ratio(0.0) < ratio(std::f64::consts::PI) - 0.02);
     }
@@ -444,7 +446,7 @@ mod tests {
         });
         room.lamp.luminous_diameter_mm = Some(200.0);
         room.lamp.intensities = Some(Arc::new(LampTable::parse(&text).unwrap()));
-        let lamp = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let lamp = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let far = lamp.far_field_cd(direction(0.4, 0.7));
         assert!((far / (500.0 * 0.7f64.cos()) - 1.0).abs() < 1e-4, "{far}");
         assert_eq!(lamp.peak_cd(), 500.0);
@@ -464,7 +466,7 @@ mod tests {
     #[test]
     fn a_lamp_with_a_seed_of_its_own_is_the_same_in_every_room() {
         let mut room = Darkroom::default();
-        let of = |room: &Darkroom, seed| Illuminator::new(&room.lamp, &room.flaws, seed);
+        let of = |room: &Darkroom, seed| Illuminator::new(&room.lamp, &room.injected_effects, seed);
         assert_ne!(of(&room, 1), of(&room, 2));
         room.lamp.seed = 1;
         assert_eq!(of(&room, 1), of(&room, 2));
@@ -473,14 +475,14 @@ mod tests {
     #[test]
     fn an_obstacle_takes_its_depth_in_its_direction() {
         let mut room = Darkroom::default();
-        let open = Illuminator::new(&room.lamp, &room.flaws, 1);
-        room.flaws.self_absorption = SelfAbsorption {
+        let open = Illuminator::new(&room.lamp, &room.injected_effects, 1);
+        room.injected_effects.self_absorption = SelfAbsorption {
             depth_rel: 0.2,
             azimuth_deg: 90.0,
             gamma_deg: 40.0,
             width_deg: 20.0,
         };
-        let shaded = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let shaded = Illuminator::new(&room.lamp, &room.injected_effects, 1);
         let ratio = |c_deg: f64, g_deg: f64| {
             let d = direction(c_deg.to_radians(), g_deg.to_radians());
             shaded.far_field_cd(d) / open.far_field_cd(d)

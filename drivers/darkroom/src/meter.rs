@@ -1,6 +1,6 @@
 //! The lux meter behind its aperture: temperature, saturation, ranges, offset, noise, digits.
 
-use crate::flaws::Flaws;
+use crate::injected_effects::InjectedEffects;
 
 /// Highest number of each range, lx (T-10A: ranges 1 to 5, four digits).
 pub const RANGE_TOP_LX: [f64; 5] = [29.99, 299.9, 2999.0, 29_990.0, 299_900.0];
@@ -27,18 +27,24 @@ pub fn auto_range(illuminance_lx: f64, present: u8) -> u8 {
 /// What the meter indicates for `illuminance_lx` on its aperture, without noise and digits, lx.
 ///
 /// `range` 0 is "not known": no range error. The detector saturates as 1 − e^(−x), not by a polynomial.
-pub fn indicated_lx(illuminance_lx: f64, ambient_c: f64, range: u8, gain_error_rel: f64, flaws: &Flaws) -> f64 {
-    let temperature = &flaws.temp_coefficient;
+pub fn indicated_lx(
+    illuminance_lx: f64,
+    ambient_c: f64,
+    range: u8,
+    gain_error_rel: f64,
+    injected_effects: &InjectedEffects,
+) -> f64 {
+    let temperature = &injected_effects.temp_coefficient;
     let warm = 1.0 + temperature.coefficient_per_k * (ambient_c - temperature.reference_c);
     let current = illuminance_lx * warm;
-    let bent = saturating(current, flaws.nonlinearity.inverse_scale_per_lx);
-    let step = &flaws.range_step;
+    let bent = saturating(current, injected_effects.nonlinearity.inverse_scale_per_lx);
+    let step = &injected_effects.range_step;
     let ranged = if range != 0 && f64::from(range) == step.range {
         bent * (1.0 + step.factor_rel)
     } else {
         bent
     };
-    ranged * (1.0 + gain_error_rel) + flaws.dark_offset.offset_lx
+    ranged * (1.0 + gain_error_rel) + injected_effects.dark_offset.offset_lx
 }
 
 /// x − k x² + …: what a detector gives that saturates exponentially.
@@ -81,13 +87,13 @@ mod tests {
 
     #[test]
     fn the_chain_applies_each_error_once() {
-        let mut flaws = Flaws::default();
-        flaws.dark_offset.offset_lx = 0.5;
-        flaws.range_step.factor_rel = 0.01;
-        flaws.range_step.range = 2.0;
-        flaws.temp_coefficient.coefficient_per_k = 0.001;
-        assert!((indicated_lx(100.0, 35.0, 2, 0.0, &flaws) - (100.0 * 1.01 * 1.01 + 0.5)).abs() < 1e-9);
-        assert!((indicated_lx(100.0, 25.0, 3, 0.02, &flaws) - 102.5).abs() < 1e-9);
+        let mut injected_effects = InjectedEffects::default();
+        injected_effects.dark_offset.offset_lx = 0.5;
+        injected_effects.range_step.factor_rel = 0.01;
+        injected_effects.range_step.range = 2.0;
+        injected_effects.temp_coefficient.coefficient_per_k = 0.001;
+        assert!((indicated_lx(100.0, 35.0, 2, 0.0, &injected_effects) - (100.0 * 1.01 * 1.01 + 0.5)).abs() < 1e-9);
+        assert!((indicated_lx(100.0, 25.0, 3, 0.02, &injected_effects) - 102.5).abs() < 1e-9);
         assert!((saturating(1000.0, 1e-7) - (1000.0 - 0.1)).abs() < 1e-4);
         assert!((saturating(1000.0, -1e-7) - (1000.0 + 0.1)).abs() < 1e-4);
     }

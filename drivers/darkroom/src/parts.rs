@@ -49,7 +49,7 @@ pub struct Lamp {
     pub power_w: f64,
     /// Active power ÷ (voltage · current), above 0 up to 1.
     pub power_factor: f64,
-    /// Relative excess of the cold lamp's power over that of its light (`flaws.lamp_warmup`).
+    /// Relative excess of the cold lamp's power over that of its light (`injected_effects.lamp_warmup`).
     pub power_warmup_share: f64,
     /// Modulation of its light at twice the frequency of the mains, relative amplitude.
     pub flicker_rel: f64,

@@ -73,8 +73,8 @@ fn disc_rule() -> [(f64, f64, f64); 7] {
 impl Room {
     /// Builds the room that the document describes.
     pub fn new(document: Darkroom) -> Self {
-        let floor = &document.flaws.floor_reflection;
-        let lamp = Illuminator::new(&document.lamp, &document.flaws, document.seed);
+        let floor = &document.injected_effects.floor_reflection;
+        let lamp = Illuminator::new(&document.lamp, &document.injected_effects, document.seed);
         Self {
             floor: Floor::new(floor.albedo, floor.height_mm).map(|floor| (floor, FarField::new(&lamp))),
             lamp,
@@ -107,7 +107,7 @@ impl Room {
     }
 
     /// Luminous intensity of the warm lamp towards (C, γ) of its own frame, infinitely far away, cd: the truth that a
-    /// flawless goniophotometer approaches.
+    /// faultless goniophotometer approaches.
     pub fn intensity_cd(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
         let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
@@ -116,10 +116,10 @@ impl Room {
 
     /// Illuminance of the lamp's light that the meter weighs on its aperture: direct path only, warm lamp, lx.
     pub fn direct_lx(&self, o: &Observation) -> f64 {
-        let flaws = &self.document.flaws;
-        let mounted = Mounted::at(o.c_deg, o.gamma_deg, o.travel, flaws);
+        let injected_effects = &self.document.injected_effects;
+        let mounted = Mounted::at(o.c_deg, o.gamma_deg, o.travel, injected_effects);
         let towards_lamp = mounted.direction_to_luminaire(-DVec3::X);
-        let radius_mm = 0.5 * flaws.detector_aperture.diameter_mm;
+        let radius_mm = 0.5 * injected_effects.detector_aperture.diameter_mm;
         let centre = DVec3::X * self.true_distance_mm(o);
         let at = |place: DVec3| -> f64 {
             self.lamp
@@ -135,19 +135,19 @@ impl Room {
                 .map(|(y, z, w)| w * at(centre + radius_mm * DVec3::new(0.0, *y, *z)))
                 .sum()
         };
-        let polarization = &flaws.polarization;
-        let roll = (o.c_deg + flaws.c_zero.offset_deg - polarization.azimuth_deg).to_radians();
+        let polarization = &injected_effects.polarization;
+        let roll = (o.c_deg + injected_effects.c_zero.offset_deg - polarization.azimuth_deg).to_radians();
         direct * optics::polarized_response(polarization.amplitude_rel, roll)
     }
 
     /// Illuminance that the floor returns to the meter, warm lamp, lx.
     pub fn floor_lx(&self, o: &Observation) -> f64 {
         let Some((floor, far)) = &self.floor else { return 0.0 };
-        let flaws = &self.document.flaws;
-        let mounted = Mounted::at(o.c_deg, o.gamma_deg, o.travel, flaws);
+        let injected_effects = &self.document.injected_effects;
+        let mounted = Mounted::at(o.c_deg, o.gamma_deg, o.travel, injected_effects);
         let detector = DVec3::X * self.true_distance_mm(o);
-        let air = flaws.air_absorption.coefficient_per_m / 1000.0;
-        let f2 = flaws.cosine_f2.coefficient_rel;
+        let air = injected_effects.air_absorption.coefficient_per_m / 1000.0;
+        let f2 = injected_effects.cosine_f2.coefficient_rel;
         floor.illuminance_lx(&self.lamp, far, &mounted, detector, -DVec3::X, air, |cos| {
             cos * optics::directional_response(f2, cos)
         })
@@ -166,7 +166,7 @@ impl Room {
     /// As [`illuminance_lx`](Self::illuminance_lx), with the floor's light of the warm lamp known already.
     pub fn illuminance_with_floor_lx(&self, o: &Observation, window_s: f64, floor_lx: f64) -> f64 {
         let output = || self.output(o.time_s, window_s);
-        let ambient = self.document.flaws.ambient_stray.illuminance_lx;
+        let ambient = self.document.injected_effects.ambient_stray.illuminance_lx;
         match o.kind {
             Kind::Lit => output() * (self.direct_lx(o) + floor_lx) + ambient,
             Kind::Baffled => output() * floor_lx + ambient,
@@ -184,7 +184,7 @@ impl Room {
     /// What the meter indicates, without noise and digits, for `illuminance_lx` on its aperture, lx.
     pub fn indicated_for_lx(&self, illuminance_lx: f64, ambient_c: f64, range: u8) -> f64 {
         let gain = self.document.luxmeter.gain_error_rel;
-        meter::indicated_lx(illuminance_lx, ambient_c, range, gain, &self.document.flaws)
+        meter::indicated_lx(illuminance_lx, ambient_c, range, gain, &self.document.injected_effects)
     }
 
     /// Standard deviation of the meter's noise at an indication of `indicated_lx`, lx.
@@ -221,12 +221,12 @@ impl Room {
     /// Illuminance at the spectroradiometer's entrance with the luminaire at (C, γ), averaged over `window_s` around
     /// `time_s` (since switch-on), lx. Its light path is short and its tube keeps the floor out.
     pub fn spectroradiometer_lx(&self, lamp_on: bool, c_deg: f64, gamma_deg: f64, time_s: f64, window_s: f64) -> f64 {
-        let flaws = &self.document.flaws;
-        let ambient = flaws.ambient_stray.illuminance_lx;
+        let injected_effects = &self.document.injected_effects;
+        let ambient = injected_effects.ambient_stray.illuminance_lx;
         if !lamp_on {
             return ambient;
         }
-        let mounted = Mounted::at(c_deg, gamma_deg, 0.0, flaws);
+        let mounted = Mounted::at(c_deg, gamma_deg, 0.0, injected_effects);
         let entrance = mounted.to_luminaire(DVec3::X * self.document.spectroradiometer.distance_mm);
         let normal = mounted.direction_to_luminaire(-DVec3::X);
         let warm: f64 = self.lamp.rays_to(entrance).map(|ray| ray.illuminance_lx(normal)).sum();
@@ -243,7 +243,7 @@ impl Room {
     /// Output of the lamp relative to the warm one, averaged over a window around `time_s`, its flicker included.
     fn output(&self, time_s: f64, window_s: f64) -> f64 {
         let flicker = self.document.lamp.flicker_rel;
-        let slow = relative_output(&self.document.flaws, time_s, window_s);
+        let slow = relative_output(&self.document.injected_effects, time_s, window_s);
         if flicker == 0.0 {
             return slow;
         }
@@ -254,15 +254,17 @@ impl Room {
     }
 
     fn true_distance_mm(&self, o: &Observation) -> f64 {
-        o.distance_mm + self.document.flaws.distance_offset.offset_mm
+        o.distance_mm + self.document.injected_effects.distance_offset.offset_mm
     }
 
     /// Response of the meter to one LED's light, relative to a perfect photometer.
     fn response(&self, ray: &Ray, towards_lamp: DVec3) -> f64 {
-        let flaws = &self.document.flaws;
-        let directional =
-            optics::directional_response(flaws.cosine_f2.coefficient_rel, ray.incidence_cos(towards_lamp));
-        let mismatch = &flaws.spectral_mismatch;
+        let injected_effects = &self.document.injected_effects;
+        let directional = optics::directional_response(
+            injected_effects.cosine_f2.coefficient_rel,
+            ray.incidence_cos(towards_lamp),
+        );
+        let mismatch = &injected_effects.spectral_mismatch;
         if mismatch.slope_per_deg == 0.0 {
             return directional * mismatch.factor;
         }
@@ -294,9 +296,9 @@ mod tests {
         let mut document = Darkroom::default();
         document.luxmeter.gain_error_rel = 0.0;
         let room = Room::new(document);
-        let lit = room.indicated_lx(&observation(Kind::Lit));
-        assert!((lit - 3.38).abs() < 0.01, "{lit}");
-        assert!((lit * 100.0 / room.intensity_cd(0.0, 0.0) - 1.0).abs() < 5e-5);
+        let illuminated = room.indicated_lx(&observation(Kind::Lit));
+        assert!((illuminated - 3.38).abs() < 0.01, "{illuminated}");
+        assert!((illuminated * 100.0 / room.intensity_cd(0.0, 0.0) - 1.0).abs() < 5e-5);
     }
 
     #[test]
@@ -321,9 +323,9 @@ mod tests {
     fn each_kind_sees_its_part() {
         let mut document = Darkroom::default();
         document.luxmeter.gain_error_rel = 0.0;
-        document.flaws.ambient_stray.illuminance_lx = 0.02;
-        document.flaws.dark_offset.offset_lx = 0.005;
-        document.flaws.floor_reflection.albedo = 0.2;
+        document.injected_effects.ambient_stray.illuminance_lx = 0.02;
+        document.injected_effects.dark_offset.offset_lx = 0.005;
+        document.injected_effects.floor_reflection.albedo = 0.2;
         let room = Room::new(document);
         assert_eq!(room.indicated_lx(&observation(Kind::Capped)), 0.005);
         assert!((room.indicated_lx(&observation(Kind::LampOff)) - 0.025).abs() < 1e-12);
@@ -337,7 +339,7 @@ mod tests {
     #[test]
     fn a_wide_aperture_averages_the_lobe() {
         let mut document = Darkroom::default();
-        document.flaws.detector_aperture.diameter_mm = 200.0;
+        document.injected_effects.detector_aperture.diameter_mm = 200.0;
         let wide = Room::new(document).direct_lx(&Observation {
             distance_mm: 1000.0,
             ..observation(Kind::Lit)

@@ -3,7 +3,7 @@
 use isolux_document as document;
 
 use crate::fault::{Fault, FaultKind, Instrument};
-use crate::flaws::Flaws;
+use crate::injected_effects::InjectedEffects;
 use crate::parts::{Axis, Camera, Climate, Lamp, LuxMeter, PowerMeter, Spectroradiometer};
 
 /// Collects the first rule that is broken.
@@ -158,52 +158,90 @@ pub(crate) fn camera(rules: &mut Rules, camera: &Camera) {
     rules.within("camera.noise_rel", camera.noise_rel, 0.0, 1.0);
 }
 
-pub(crate) fn flaws(rules: &mut Rules, flaws: &Flaws) {
-    for (flaw, key, value) in flaws.values() {
+pub(crate) fn injected_effects(rules: &mut Rules, injected_effects: &InjectedEffects) {
+    for (effect, key, value) in injected_effects.values() {
         let most = match key {
             _ if key.ends_with("_deg") && !key.ends_with("_per_deg") => 360.0,
             _ if key.ends_with("_mm") => 1e5,
             _ if key.ends_with("_nm") => 1e4,
             _ => 1e6,
         };
-        rules.within(&format!("flaws.{flaw}.{key}"), value, -most, most);
+        rules.within(&format!("injected_effects.{effect}.{key}"), value, -most, most);
     }
-    rules.within("flaws.floor_reflection.albedo", flaws.floor_reflection.albedo, 0.0, 1.0);
-    rules.positive("flaws.floor_reflection.height_mm", flaws.floor_reflection.height_mm);
-    rules.positive("flaws.lamp_warmup.time_constant_s", flaws.lamp_warmup.time_constant_s);
     rules.within(
-        "flaws.lamp_warmup.second_share",
-        flaws.lamp_warmup.second_share,
+        "injected_effects.floor_reflection.albedo",
+        injected_effects.floor_reflection.albedo,
+        0.0,
+        1.0,
+    );
+    rules.positive(
+        "injected_effects.floor_reflection.height_mm",
+        injected_effects.floor_reflection.height_mm,
+    );
+    rules.positive(
+        "injected_effects.lamp_warmup.time_constant_s",
+        injected_effects.lamp_warmup.time_constant_s,
+    );
+    rules.within(
+        "injected_effects.lamp_warmup.second_share",
+        injected_effects.lamp_warmup.second_share,
         0.0,
         1.0,
     );
     rules.within(
-        "flaws.lamp_warmup.amplitude_rel",
-        flaws.lamp_warmup.amplitude_rel,
+        "injected_effects.lamp_warmup.amplitude_rel",
+        injected_effects.lamp_warmup.amplitude_rel,
         -0.9,
         5.0,
     );
-    rules.positive("flaws.flicker_alias.period_s", flaws.flicker_alias.period_s);
-    rules.positive("flaws.dead_sector.width_deg", flaws.dead_sector.width_deg);
-    rules.within("flaws.dead_sector.depth_rel", flaws.dead_sector.depth_rel, -1.0, 1.0);
-    rules.positive("flaws.self_absorption.width_deg", flaws.self_absorption.width_deg);
+    rules.positive(
+        "injected_effects.flicker_alias.period_s",
+        injected_effects.flicker_alias.period_s,
+    );
+    rules.positive(
+        "injected_effects.dead_sector.width_deg",
+        injected_effects.dead_sector.width_deg,
+    );
     rules.within(
-        "flaws.self_absorption.gamma_deg",
-        flaws.self_absorption.gamma_deg,
+        "injected_effects.dead_sector.depth_rel",
+        injected_effects.dead_sector.depth_rel,
+        -1.0,
+        1.0,
+    );
+    rules.positive(
+        "injected_effects.self_absorption.width_deg",
+        injected_effects.self_absorption.width_deg,
+    );
+    rules.within(
+        "injected_effects.self_absorption.gamma_deg",
+        injected_effects.self_absorption.gamma_deg,
         0.0,
         89.0,
     );
-    rules.positive("flaws.ler_scale.factor", flaws.ler_scale.factor);
-    rules.within("flaws.cover_glass.index", flaws.cover_glass.index, 1.0, 4.0);
-    rules.within("flaws.cover_glass.plates", flaws.cover_glass.plates, 0.0, 100.0);
+    rules.positive("injected_effects.ler_scale.factor", injected_effects.ler_scale.factor);
     rules.within(
-        "flaws.vignetting.coefficient_rel",
-        flaws.vignetting.coefficient_rel,
+        "injected_effects.cover_glass.index",
+        injected_effects.cover_glass.index,
+        1.0,
+        4.0,
+    );
+    rules.within(
+        "injected_effects.cover_glass.plates",
+        injected_effects.cover_glass.plates,
+        0.0,
+        100.0,
+    );
+    rules.within(
+        "injected_effects.vignetting.coefficient_rel",
+        injected_effects.vignetting.coefficient_rel,
         -0.9,
         0.9,
     );
-    rules.positive("flaws.flicker_banding.period_mm", flaws.flicker_banding.period_mm);
-    rules.positive("flaws.ghost.width_mm", flaws.ghost.width_mm);
+    rules.positive(
+        "injected_effects.flicker_banding.period_mm",
+        injected_effects.flicker_banding.period_mm,
+    );
+    rules.positive("injected_effects.ghost.width_mm", injected_effects.ghost.width_mm);
 }
 
 pub(crate) fn fault(rules: &mut Rules, fault: &Fault) {

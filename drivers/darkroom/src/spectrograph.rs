@@ -34,11 +34,11 @@ impl Room {
     /// Spectral irradiance as the spectrometer's optics spread it, at the stated wavelength, W/(m² nm), for
     /// `illuminance_lx` on its entrance: shift, bandpass, stray light and second order are in it, its dark is not.
     pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
-        let flaws = &self.document().flaws;
+        let injected_effects = &self.document().injected_effects;
         let spectrum = self.spectrum();
-        let true_nm = stated_nm - flaws.spectro_shift.shift_nm;
+        let true_nm = stated_nm - injected_effects.spectro_shift.shift_nm;
         // A triangle of the given full width at half maximum is the running mean of a running mean.
-        let fwhm = flaws.spectro_bandpass.fwhm_nm;
+        let fwhm = injected_effects.spectro_bandpass.fwhm_nm;
         let mut first_order = 0.0;
         if fwhm > 0.0 {
             const CELLS: usize = 24;
@@ -53,15 +53,15 @@ impl Room {
         } else {
             first_order = spectrum.per_lux(true_nm);
         }
-        let stray = flaws.spectro_stray.fraction * spectrum.watt_per_lux();
-        let second = flaws.spectro_2nd.fraction * spectrum.per_lux(0.5 * true_nm);
+        let stray = injected_effects.spectro_stray.fraction * spectrum.watt_per_lux();
+        let second = injected_effects.spectro_2nd.fraction * spectrum.per_lux(0.5 * true_nm);
         illuminance_lx * (first_order + stray + second)
     }
 
     /// Spectral irradiance that a calibrated reading gives at the stated wavelength, noise-free, W/(m² nm).
     pub fn indicated_spectral_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
         let gain = 1.0 + self.document().spectroradiometer.gain_error_rel;
-        gain * self.spread_irradiance(stated_nm, illuminance_lx) + self.document().flaws.spectro_dark.offset
+        gain * self.spread_irradiance(stated_nm, illuminance_lx) + self.document().injected_effects.spectro_dark.offset
     }
 
     /// Irradiance calibration of the instrument as its certificate states it: W/(m² nm) for one count per second at
@@ -98,7 +98,7 @@ impl Room {
                 let pedestal = if black {
                     0.0
                 } else {
-                    self.document().flaws.spectro_dark.offset
+                    self.document().injected_effects.spectro_dark.offset
                 };
                 let rate = (light + pedestal) * responsivity(stated_nm) * instrument.counts_per_s;
                 let dark = dark_rate * (1.0 + 0.05 * pattern.normal(pixel as u64, 0)).max(0.0);
@@ -121,8 +121,8 @@ fn bend(instrument: &Spectroradiometer, linear: f64) -> f64 {
 /// Coefficients of the polynomial P(counts) that undoes the non-linearity as linear = counts / P(counts), as the
 /// maker's calibration stores them (order 7).
 ///
-/// With counts = x (1 − a x), x = counts · C(a · counts) where C is the generating function of Catalan's numbers, and
-/// 1/C(t) = 1 − t C(t).
+/// With counts = x (1 − a x), x = counts · C(a · counts) where C is the generating function of Catalan's numbers,
+/// and 1/C(t) = 1 − t C(t).
 pub fn linearity_coefficients(instrument: &Spectroradiometer) -> [f64; 8] {
     const CATALAN: [f64; 7] = [1.0, 1.0, 2.0, 5.0, 14.0, 42.0, 132.0];
     let a = instrument.nonlinearity / 65_535.0;
@@ -160,7 +160,7 @@ mod tests {
             detector_c: 25.0,
             index: 3,
         };
-        let lit = room.exposure_counts(&exposure);
+        let illuminated = room.exposure_counts(&exposure);
         let dark = room.exposure_counts(&Exposure {
             illuminance_lx: 0.0,
             ..exposure
@@ -174,12 +174,16 @@ mod tests {
         for pixel in 100..1500 {
             let nm = instrument.nm_at(pixel as f64);
             let expected = room.spread_irradiance(nm, 1330.0);
-            let got = (linear(lit[pixel]) - linear(dark[pixel])) / 0.2 * room.calibration(pixel);
+            let got = (linear(illuminated[pixel]) - linear(dark[pixel])) / 0.2 * room.calibration(pixel);
             worst = worst.max((got - expected).abs());
         }
         let peak = room.spread_irradiance(457.0, 1330.0);
         assert!(worst < 2e-4 * peak, "{worst} of {peak}");
-        assert!(*lit.iter().max().unwrap() > 10_000, "{:?}", lit.iter().max());
+        assert!(
+            *illuminated.iter().max().unwrap() > 10_000,
+            "{:?}",
+            illuminated.iter().max()
+        );
     }
 
     #[test]
@@ -197,23 +201,23 @@ mod tests {
     }
 
     #[test]
-    fn the_flaws_of_the_spectrometer_do_what_they_say() {
+    fn the_injected_effects_of_the_spectrometer_do_what_they_say() {
         let clean = Room::new(quiet());
-        let flawed = |name: &str, key: &str, value: f64| {
+        let disturbed = |name: &str, key: &str, value: f64| {
             let mut document = quiet();
-            assert!(document.flaws.set(name, key, value));
+            assert!(document.injected_effects.set(name, key, value));
             Room::new(document)
         };
-        let shifted = flawed("spectro_shift", "shift_nm", 0.4);
+        let shifted = disturbed("spectro_shift", "shift_nm", 0.4);
         assert_eq!(
             shifted.spread_irradiance(500.4, 1.0),
             clean.spread_irradiance(500.0, 1.0)
         );
-        let second = flawed("spectro_2nd", "fraction", 0.01);
+        let second = disturbed("spectro_2nd", "fraction", 0.01);
         let extra = second.spread_irradiance(914.0, 1.0) - clean.spread_irradiance(914.0, 1.0);
         assert!((extra / (0.01 * clean.spread_irradiance(457.0, 1.0)) - 1.0).abs() < 1e-9);
         // A triangle of FWHM b widens the curve by variance b²/6: second derivative times b²/12.
-        let wide = flawed("spectro_bandpass", "fwhm_nm", 4.0);
+        let wide = disturbed("spectro_bandpass", "fwhm_nm", 4.0);
         let s = |nm: f64| clean.spread_irradiance(nm, 1.0);
         let curvature = s(561.0) - 2.0 * s(560.0) + s(559.0);
         let got = wide.spread_irradiance(560.0, 1.0) - s(560.0);

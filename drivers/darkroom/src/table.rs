@@ -1,9 +1,9 @@
-//! A lamp by its table of luminous intensities: what a photometric file says of a real luminaire, between the directions
-//! of the file interpolated smoothly.
+//! A lamp by its table of luminous intensities: what a photometric file says of a real luminaire, between the
+//! directions of the file interpolated smoothly.
 //!
 //! Along γ each half-plane is a monotone cubic (Fritsch and Carlson 1980, SIAM J. Numer. Anal. 17, 238; slopes by
-//! Butland's weighted harmonic mean), so nothing overshoots beside a cut-off; through the pole it goes on in the opposite
-//! half-plane. Over C the half-planes are blended by cubics whose slopes are those of parabolas through three
+//! Butland's weighted harmonic mean), so nothing overshoots beside a cut-off; through the pole it goes on in the
+//! opposite half-plane. Over C the half-planes are blended by cubics whose slopes are those of parabolas through three
 //! neighbours. Value and first derivative are continuous in both; below zero it is cut off.
 
 use std::f64::consts::TAU;
@@ -33,9 +33,9 @@ pub struct TableError {
 }
 
 impl LampTable {
-    /// Reads the text of a table: the line [`HEAD`], then one direction a line, half-plane after half-plane, all of them
-    /// at the same γ. One half-plane is a lamp of rotational symmetry. Outside the γ of the table the lamp is dark; at
-    /// γ = 0° and 180° it has the mean of all half-planes.
+    /// Reads the text of a table: the line [`HEAD`], then one direction a line, half-plane after half-plane, all of
+    /// them at the same γ. One half-plane is a lamp of rotational symmetry. Outside the γ of the table the lamp is
+    /// dark; at γ = 0° and 180° it has the mean of all half-planes.
     ///
     /// # Errors
     /// The first line that breaks this.
@@ -179,8 +179,9 @@ impl LampTable {
     /// The largest γ at which the lamp shines, degrees.
     pub fn last_lit_deg(&self) -> f64 {
         let count = self.gamma_deg.len();
-        let lit = (0..self.nodes.len()).filter(|k| self.nodes[*k][0] > 0.0);
-        lit.map(|k| self.gamma_deg[(k % count + 1).min(count - 1)])
+        let illuminated = (0..self.nodes.len()).filter(|k| self.nodes[*k][0] > 0.0);
+        illuminated
+            .map(|k| self.gamma_deg[(k % count + 1).min(count - 1)])
             .fold(0.0, f64::max)
     }
 

@@ -26,21 +26,21 @@ const NAMES: [&str; 4] = ["Voltage", "Current", "Power", "PowerFactor"];
 
 /// A request and its answer.
 pub(crate) struct Exchange {
-    asked: Instant,
+    requested: Instant,
     reading: PowerReading,
     /// Last digits of the quantities.
     steps: [f64; 4],
 }
 
 impl Exchange {
-    /// What was answered at `ended` to a request that was sent at `asked`: voltage, current, power and power factor, as
-    /// the meter gave them.
+    /// What was answered at `ended` to a request that was sent at `requested`: voltage, current, power and power
+    /// factor, as the meter gave them.
     ///
     /// # Errors
     /// Why these values cannot be of one moment.
     pub fn of(
         values: [Reading; 4],
-        (asked, ended): (Instant, Instant),
+        (requested, ended): (Instant, Instant),
         update: Duration,
         evidence: Vec<u8>,
     ) -> Result<Self, String> {
@@ -60,14 +60,14 @@ impl Exchange {
         possible(quantities, steps)?;
         let [voltage, current, power, power_factor] = quantities;
         Ok(Self {
-            asked,
+            requested,
             steps,
             reading: PowerReading {
                 voltage,
                 current,
                 power,
                 power_factor,
-                began: asked.checked_sub(update).unwrap_or(asked),
+                began: requested.checked_sub(update).unwrap_or(requested),
                 ended,
                 steady: false,
                 retries: 0,
@@ -134,20 +134,20 @@ pub(crate) trait Source: Send + Sync {
 }
 
 /// A reading of nothing from before `not_before`: two exchanges, more than an update apart, that agree; without
-/// agreement the last one, not steady. `asked` is when the last reading was asked for.
+/// agreement the last one, not steady. `requested` is when the last reading was asked for.
 pub(crate) async fn confirmed(
     source: &dyn Source,
-    asked: &Mutex<Option<Instant>>,
+    requested: &Mutex<Option<Instant>>,
     not_before: Instant,
     mut deadline: Instant,
 ) -> Result<PowerReading, DeviceError> {
     let began = Instant::now();
     let patience = deadline.saturating_duration_since(began);
-    let mut asked = asked.lock().await;
+    let mut requested = requested.lock().await;
     let (mut retries, mut exchanges) = (0, 0);
     let mut before: Option<Exchange> = None;
     loop {
-        let fresh = asked.map_or(began, |asked| asked + source.update() + MARGIN);
+        let fresh = requested.map_or(began, |requested| requested + source.update() + MARGIN);
         let at = fresh.max(not_before + source.update());
         if at + GUARD + MARGIN > deadline && awake::missed(deadline) && !patience.is_zero() {
             // Nobody waited for the meter meanwhile.
@@ -164,11 +164,11 @@ pub(crate) async fn confirmed(
             return Err(BusError::Timeout { waited, received }.during(source.name(), source.query()));
         }
         sleep_until(at).await;
-        *asked = Some(Instant::now());
+        *requested = Some(Instant::now());
         match source.exchange(deadline).await {
             Ok(mut exchange) => {
                 exchanges += 1;
-                *asked = Some(exchange.asked);
+                *requested = Some(exchange.requested);
                 exchange.reading.retries = retries;
                 exchange.reading.steady = before.is_some_and(|before| exchange.agrees(&before));
                 if exchange.reading.steady {

@@ -104,11 +104,11 @@ impl Instrument {
     /// A query answered by a line. After a failure `*IDN?`, whose answer looks like no reading, must be answered first.
     pub async fn query(&self, message: &str) -> Result<(String, Vec<u8>), DeviceError> {
         let proof = Some(Request::query("*IDN?")).filter(|_| message != "*IDN?");
-        let asked = self
+        let requested = self
             .bus
             .ask_again(Request::query(message), proof, self.answer, Instant::now() + LINE)
             .await;
-        let reply = asked.map_err(|error| error.during(self.name(), message))?;
+        let reply = requested.map_err(|error| error.during(self.name(), message))?;
         self.text(message, reply)
     }
 

@@ -68,11 +68,11 @@ impl PowerMeterFactory for ScpiMeterDriver {
     async fn open_power_meter(&self, target: &Target) -> Result<Box<dyn PowerMeter>, OpenError> {
         let profile = profile(target)?;
         let instrument = Instrument::open(&self.ports, target, NAME, &profile.manners).await?;
-        let asked = Mutex::default();
+        let requested = Mutex::default();
         Ok(Box::new(ScpiMeter {
             instrument,
             profile,
-            asked,
+            requested,
         }))
     }
 }
@@ -81,7 +81,7 @@ struct ScpiMeter {
     instrument: Instrument,
     profile: Meter,
     /// When the last reading was asked for.
-    asked: Mutex<Option<Instant>>,
+    requested: Mutex<Option<Instant>>,
 }
 
 #[async_trait]
@@ -168,6 +168,6 @@ impl PowerMeter for ScpiMeter {
     }
 
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<PowerReading, DeviceError> {
-        confirmed(self, &self.asked, not_before, deadline).await
+        confirmed(self, &self.requested, not_before, deadline).await
     }
 }

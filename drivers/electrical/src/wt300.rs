@@ -85,7 +85,7 @@ impl PowerMeterFactory for Wt300Driver {
                 serial: None,
                 firmware: None,
             },
-            asked: Mutex::default(),
+            requested: Mutex::default(),
         };
         // Whether it is there and has the registers.
         meter.put_in_step().await?;
@@ -98,7 +98,7 @@ struct Wt300 {
     identity: Identity,
     update: Duration,
     /// When the last reading was asked for.
-    asked: Mutex<Option<Instant>>,
+    requested: Mutex<Option<Instant>>,
 }
 
 #[async_trait]
@@ -159,6 +159,6 @@ impl PowerMeter for Wt300 {
     }
 
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<PowerReading, DeviceError> {
-        confirmed(self, &self.asked, not_before, deadline).await
+        confirmed(self, &self.requested, not_before, deadline).await
     }
 }

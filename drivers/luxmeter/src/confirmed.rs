@@ -24,15 +24,15 @@ const AGREEMENT: f64 = 0.005;
 /// Over and above the interval between two requests: the meter's clock is not this one.
 const MARGIN: Duration = Duration::from_millis(50);
 
-/// After each answer the line is watched for so long: a request and an answer take less, so the true answer to a request
-/// that an old one seemed to answer has arrived by then.
+/// After each answer the line is watched for so long: a request and an answer take less, so the true answer to a
+/// request that an old one seemed to answer has arrived by then.
 const GUARD: Duration = Duration::from_millis(100);
 
 /// What is known of the line and of the readings before.
 #[derive(Debug, Default)]
 pub(crate) struct State {
     /// When the last reading was asked for.
-    asked: Option<Instant>,
+    requested: Option<Instant>,
     /// A reading was given up and may still come, or something came that nobody asked for.
     in_doubt: bool,
     /// The exchanges that may confirm the next one, the latest last; at most two.
@@ -44,7 +44,7 @@ pub(crate) struct State {
 /// A request and its answer.
 #[derive(Debug, Clone)]
 struct Exchange {
-    asked: Instant,
+    requested: Instant,
     indistinct_lx: f64,
     reading: LuxReading,
 }
@@ -78,8 +78,8 @@ impl State {
         surplus
     }
 
-    /// The next conversion, confirmed by nothing; see [`isolux_device::LuxMeter::sample`]. Nobody watches the line after
-    /// it: what arrives too much is seen before the next one.
+    /// The next conversion, confirmed by nothing; see [`isolux_device::LuxMeter::sample`]. Nobody watches the line
+    /// after it: what arrives too much is seen before the next one.
     pub async fn sample<L: Language>(&mut self, meter: &Meter<L>, deadline: Instant) -> Result<LuxSample, DeviceError> {
         // It is of another light than what is read at rest.
         self.earlier.clear();
@@ -99,13 +99,13 @@ impl State {
         }
         self.in_doubt = true;
         let reading = meter.exchange(&line, meter.patience(), deadline).await?;
-        let asked = reading.began + meter.reach();
-        self.asked = Some(asked);
+        let requested = reading.began + meter.reach();
+        self.requested = Some(requested);
         if self.surplus(meter) {
             return Err(too_much());
         }
         let timing = meter.language.timing();
-        if timing.converts == Converts::OnRequest && reading.ended < asked + timing.integration {
+        if timing.converts == Converts::OnRequest && reading.ended < requested + timing.integration {
             // Every answer after it would be that to the request before, so the line is put in step again.
             let failure =
                 Failure::malformed("it came before its light could be integrated: it answers an earlier request");
@@ -116,7 +116,7 @@ impl State {
             outcome: reading.outcome,
             range: reading.range,
             digit: reading.digit,
-            asked,
+            requested,
             answered: reading.ended,
             evidence: reading.evidence,
         })
@@ -132,18 +132,18 @@ impl State {
             return Err(meter.link.failure("read", failure, Vec::new()));
         }
         self.in_doubt = true;
-        self.asked = Some(Instant::now());
+        self.requested = Some(Instant::now());
         let reading = meter.exchange(&line, meter.language.timing().answer, deadline).await?;
         self.in_doubt = false;
-        let asked = reading.began + meter.reach();
-        self.asked = Some(asked);
+        let requested = reading.began + meter.reach();
+        self.requested = Some(requested);
         sleep(GUARD).await;
         if self.surplus(meter) {
             let failure = Failure::malformed("more bytes arrived than the answer to one request");
             return Err(meter.link.failure("read", failure, reading.evidence));
         }
         Ok(Exchange {
-            asked,
+            requested,
             indistinct_lx: meter.language.indistinct_lx(&reading),
             reading,
         })
@@ -161,8 +161,8 @@ impl<L: Language> Meter<L> {
         loop {
             state.surplus(self);
             let (interval, reach) = (self.language.timing().interval(), self.reach());
-            let fresh = match state.asked {
-                Some(asked) if !interval.is_zero() => asked + interval + MARGIN,
+            let fresh = match state.requested {
+                Some(requested) if !interval.is_zero() => requested + interval + MARGIN,
                 _ => began,
             };
             // Nothing is asked before now: where the deadline has passed meanwhile, nothing is asked any more.
@@ -205,7 +205,7 @@ impl<L: Language> Meter<L> {
                 Ok(Some(exchange)) => {
                     exchanges += 1;
                     // Those before count if their light, too, fell after `not_before`.
-                    state.earlier.retain(|before| before.asked >= not_before + reach);
+                    state.earlier.retain(|before| before.requested >= not_before + reach);
                     let confirmed_by = exchange.confirmed(&state.earlier).map(|by| by.reading.outcome);
                     let (alone, mut reading) = (state.earlier.is_empty(), exchange.reading.clone());
                     reading.retries = damaged;

@@ -90,7 +90,7 @@ pub(crate) trait Language: Send + Sync + Sized + 'static {
     ///
     /// # Errors
     /// [`Failure`] where they are no reading.
-    fn said(&self, range: LuxRange, answers: &[Answer<Self>]) -> Result<Said, Failure>;
+    fn stated(&self, range: LuxRange, answers: &[Answer<Self>]) -> Result<Said, Failure>;
 
     /// An answer as it came.
     fn bytes(answer: &Answer<Self>) -> &[u8];
@@ -123,8 +123,8 @@ pub(crate) trait Language: Send + Sync + Sized + 'static {
         let Some((request, action)) = self.proof() else {
             return Ok(());
         };
-        let asked = link.bus.ask_within(request, self.timing().answer, deadline).await;
-        asked.map(|_| ()).map_err(|error| error.during(&link.name, &action))
+        let requested = link.bus.ask_within(request, self.timing().answer, deadline).await;
+        requested.map(|_| ()).map_err(|error| error.during(&link.name, &action))
     }
 }
 
@@ -252,8 +252,8 @@ impl<C: Conversation<Request: Clone + PartialEq + Sync, Answer: Sync>> Link<C> {
         let proof = proof.filter(|proof| *proof != request);
         let answer = language.timing().answer;
         let deadline = Instant::now() + LINE_FREE + TRIES * answer;
-        let asked = self.bus.ask_again(request.clone(), proof, answer, deadline).await;
-        let answer = asked.map_err(|error| error.during(&self.name, &action))?;
+        let requested = self.bus.ask_again(request.clone(), proof, answer, deadline).await;
+        let answer = requested.map_err(|error| error.during(&self.name, &action))?;
         let taken = language.taken(&request, &answer, identity);
         taken.map_err(|failure| self.failure(&action, failure, L::bytes(&answer).to_vec()))
     }

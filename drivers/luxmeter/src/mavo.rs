@@ -127,7 +127,7 @@ impl Language for MavoUsb {
         ]
     }
 
-    fn said(&self, wanted: LuxRange, answers: &[Reply<Answer>]) -> Result<Said, Failure> {
+    fn stated(&self, wanted: LuxRange, answers: &[Reply<Answer>]) -> Result<Said, Failure> {
         let [measured, range] = answers else {
             return Err(Failure::malformed("no measurement with its range"));
         };

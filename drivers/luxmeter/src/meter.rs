@@ -130,9 +130,9 @@ impl<L: Language> Meter<L> {
         }
         let evidence: Vec<u8> = answers.iter().flat_map(L::bytes).copied().collect();
         let failed = |failure| self.link.failure(&action, failure, evidence.clone());
-        let said = self.language.said(range, &answers).map_err(failed)?;
+        let stated = self.language.stated(range, &answers).map_err(failed)?;
         let lux = |value| Lux::new(value).map_err(|error| failed(Failure::malformed(error)));
-        let outcome = match said.meaning {
+        let outcome = match stated.meaning {
             Meaning::Lux(value) => LuxOutcome::Measured(lux(value)?),
             Meaning::OverRange => LuxOutcome::OverRange,
             Meaning::UnderRange => LuxOutcome::UnderRange,
@@ -140,12 +140,12 @@ impl<L: Language> Meter<L> {
         };
         Ok(LuxReading {
             outcome,
-            range: said.range,
+            range: stated.range,
             confirmed_by: None,
-            digit: lux(said.digit_lx)?,
+            digit: lux(stated.digit_lx)?,
             began: sent.unwrap_or(ended) - timing.reach(range),
             ended,
-            caution: said.caution,
+            caution: stated.caution,
             retries: 0,
             evidence,
         })

@@ -165,7 +165,7 @@ impl Language for Optometer {
         vec![(Request::Measure, "MV".to_owned())]
     }
 
-    fn said(&self, _: LuxRange, answers: &[Reply<Answer>]) -> Result<Said, Failure> {
+    fn stated(&self, _: LuxRange, answers: &[Reply<Answer>]) -> Result<Said, Failure> {
         let (meaning, range, digit_lx) = match answers.first().map(|reply| &reply.answer) {
             Some(Answer::Measurement(measurement)) => {
                 let lux = measurement.value.value;

@@ -133,7 +133,7 @@ impl Language for T10a {
         vec![(Request::Read { head, range, hold }, "read".to_owned())]
     }
 
-    fn said(&self, wanted: LuxRange, answers: &[Option<(Answer, Vec<u8>)>]) -> Result<Said, Failure> {
+    fn stated(&self, wanted: LuxRange, answers: &[Option<(Answer, Vec<u8>)>]) -> Result<Said, Failure> {
         let measurement = match answers {
             [Some((Answer::Long { measurement, .. }, _))] => measurement,
             [Some((Answer::Short { .. }, _))] => return Err(Failure::malformed("no measurement")),

@@ -469,12 +469,12 @@ async fn confirmation_costs_one_exchange_a_series() {
     truth.lock().unwrap().shown = Some((812, '2'));
     truth.lock().unwrap().heard.clear();
     let rest = Instant::now();
-    for asked in 2..6 {
+    for requested in 2..6 {
         meter
             .read(rest, Instant::now() + Duration::from_secs(10))
             .await
             .unwrap();
-        assert_eq!(truth.lock().unwrap().heard.len(), asked);
+        assert_eq!(truth.lock().unwrap().heard.len(), requested);
     }
     meter
         .read(Instant::now(), Instant::now() + Duration::from_secs(10))

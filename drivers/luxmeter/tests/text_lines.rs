@@ -144,12 +144,12 @@ async fn bench_with(
                 continue;
             }
             let command = String::from_utf8(std::mem::take(&mut inbox)).unwrap();
-            let (said, fault) = {
+            let (stated, fault) = {
                 let mut script = twin.lock().unwrap();
                 script.heard.push(command.clone());
                 (answer(&mut script, &command), script.faults.pop_front())
             };
-            let (mut text, mut wait) = said;
+            let (mut text, mut wait) = stated;
             let old = twin.lock().unwrap().old.replace(text.clone());
             let mut again = None;
             match fault {

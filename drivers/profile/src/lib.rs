@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use camino::Utf8Path;
 use isolux_device::{OpenError, Target};
-use isolux_document::{DocumentError, Source};
+use isolux_document::{DocumentError, SourceText};
 use isolux_transport::{LineSettings, Parity};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -88,7 +88,7 @@ pub fn parse<D: DeserializeOwned, P>(
     check: impl FnOnce(D) -> Result<P, Wrong>,
 ) -> Result<P, DocumentError> {
     let file = Utf8Path::new(file);
-    let source = Source { file, text };
+    let source = SourceText { file, text };
     let document: Result<D, Wrong> = toml::from_str(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         (at, error.message().replace('\n', ", "))

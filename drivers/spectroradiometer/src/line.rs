@@ -57,11 +57,11 @@ impl Line {
     /// is on its way: the instrument answers in order, and the status looks like no other answer.
     pub async fn ask(&self, request: Request) -> Result<Answer, DeviceError> {
         let prove = (request != Request::Status).then_some(Request::Status);
-        let asked = self
+        let requested = self
             .bus
             .ask_again(request, prove, ANSWER, Instant::now() + PATIENCE)
             .await;
-        match asked {
+        match requested {
             Ok(Some(answer)) => Ok(answer),
             Ok(None) => Err(self.fault("nobody answers this command", &[])),
             Err(error) => Err(error.during(&self.name, &format!("{request:?}"))),

@@ -192,7 +192,7 @@ impl OceanObp {
     async fn expose(&self, time: Duration, deadline: Instant) -> Result<(Vec<u16>, bool, Instant), DeviceError> {
         let mut tries = 1;
         loop {
-            let asked = Instant::now();
+            let requested = Instant::now();
             let answer = self
                 .line
                 .once(Request::Spectrum, 2 * time + LONG_ANSWER, deadline)
@@ -201,7 +201,7 @@ impl OceanObp {
                 Ok(Answer {
                     value: Value::Spectrum(counts),
                     checked,
-                }) => return Ok((counts, checked, asked)),
+                }) => return Ok((counts, checked, requested)),
                 Ok(other) => return Err(self.line.refused(Request::Spectrum, &other.value)),
                 Err(error) => error,
             };
@@ -250,8 +250,8 @@ impl OceanObp {
     }
 }
 
-/// The irradiance calibration that is stored: W/(m²·nm) for one linear count a second. `None` where there is none that
-/// can be one.
+/// The irradiance calibration that is stored: W/(m²·nm) for one linear count a second. `None` where there is none
+/// that can be one.
 ///
 /// Stored are µJ a count and the area in cm²; a pixel sees the wavelengths up to halfway to its neighbours:
 /// E = factor · counts ÷ (time · area · width), and 1 µW/cm² = 0.01 W/m².

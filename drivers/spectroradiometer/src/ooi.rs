@@ -216,7 +216,7 @@ impl OceanOoi {
             state.unsolicited = self.line.unsolicited();
         }
         state.in_doubt = true;
-        let asked = Instant::now();
+        let requested = Instant::now();
         let answer = self
             .line
             .ask_within(Request::Spectrum, "spectrum", 2 * exposure + READ_OUT, deadline)
@@ -224,7 +224,7 @@ impl OceanOoi {
         match answer {
             Ok(Answer::Spectrum(counts)) => {
                 state.in_doubt = false;
-                Ok((counts, asked))
+                Ok((counts, requested))
             }
             Ok(_) => Err((Asked::Spectrum, self.line.fault("another answer than a spectrum", &[]))),
             Err(error) => Err((Asked::Spectrum, error)),

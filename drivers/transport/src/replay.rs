@@ -223,8 +223,8 @@ impl AsyncWrite for Replayed {
         let mut rest = buf;
         while !rest.is_empty() {
             let differs = |recorded: &str| {
-                let said = format!("the program says \"{}\", the trace has {recorded}", rest.escape_ascii());
-                io::Error::new(io::ErrorKind::InvalidData, said)
+                let stated = format!("the program says \"{}\", the trace has {recorded}", rest.escape_ascii());
+                io::Error::new(io::ErrorKind::InvalidData, stated)
             };
             match self.session.front_mut() {
                 Some(next) if next.direction == Direction::ToDevice => {

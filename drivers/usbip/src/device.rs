@@ -119,7 +119,7 @@ impl Device {
     }
 
     /// Takes what the twin says; what can be answered with it.
-    pub fn said(&mut self, bytes: &[u8]) -> Vec<Answer> {
+    pub fn stated(&mut self, bytes: &[u8]) -> Vec<Answer> {
         match (self.model.packing, self.model.answers_on()) {
             (Packing::Bytes, Some(endpoint)) => self.send(endpoint, bytes, false),
             (Packing::Bytes, None) => {}
@@ -235,15 +235,15 @@ mod tests {
         assert_eq!(device.submit(urb(2, 0x82, 8192)).0, []);
         let spectrum: Vec<u8> = (0..4097_u32).map(|place| place as u8).collect();
         let bytes = frame(0x82, &spectrum);
-        assert_eq!(device.said(&bytes[..3000]), []);
-        assert_eq!(device.said(&bytes[3000..]), [done(2, 0, &spectrum)]);
-        assert_eq!(device.said(&frame(0x81, &[7; 17])), [done(1, 0, &[7; 17])]);
+        assert_eq!(device.stated(&bytes[..3000]), []);
+        assert_eq!(device.stated(&bytes[3000..]), [done(2, 0, &spectrum)]);
+        assert_eq!(device.stated(&frame(0x81, &[7; 17])), [done(1, 0, &[7; 17])]);
     }
 
     #[test]
     fn two_transfers_are_two_reads_also_when_the_first_fills_its_packets() {
         let mut device = device(Packing::Transfers, Speed::Full);
-        device.said(&[frame(0x81, &[1; 64]), frame(0x81, &[2; 5])].concat());
+        device.stated(&[frame(0x81, &[1; 64]), frame(0x81, &[2; 5])].concat());
         assert_eq!(device.submit(urb(1, 0x81, 512)).0, [done(1, 0, &[1; 64])]);
         assert_eq!(device.submit(urb(2, 0x81, 512)).0, [done(2, 0, &[2; 5])]);
     }
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn bytes_fill_reads_of_packets_without_an_end() {
         let mut device = device(Packing::Bytes, Speed::Full);
-        device.said(&[9; 128]);
+        device.stated(&[9; 128]);
         assert_eq!(device.submit(urb(1, 0x81, 64)).0, [done(1, 0, &[9; 64])]);
         assert_eq!(
             device.submit(urb(2, 0x81, 128)).0,
@@ -294,14 +294,14 @@ mod tests {
     #[test]
     fn what_is_longer_than_the_read_overflows() {
         let mut device = device(Packing::Transfers, Speed::Full);
-        device.said(&frame(0x81, &[1; 17]));
+        device.stated(&frame(0x81, &[1; 17]));
         assert_eq!(device.submit(urb(1, 0x81, 16)).0, [done(1, -75, &[])]);
         device.overflow(0x81);
-        device.said(&frame(0x81, &[1; 17]));
+        device.stated(&frame(0x81, &[1; 17]));
         assert_eq!(device.submit(urb(2, 0x81, 512)).0, [done(2, -75, &[])]);
         let mut whole = urb(3, 0x81, 512);
         whole.whole = true;
-        device.said(&frame(0x81, &[1; 17]));
+        device.stated(&frame(0x81, &[1; 17]));
         assert_eq!(device.submit(whole).0, [done(3, -121, &[1; 17])]);
     }
 

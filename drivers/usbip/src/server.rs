@@ -108,7 +108,7 @@ impl Twin {
                 count = twin.read(&mut buffer) => match count? {
                     // The twin has lost its link, which here is the cable.
                     0 => return Ok(()),
-                    count => (self.with(|device| device.said(&buffer[..count])), Vec::new()),
+                    count => (self.with(|device| device.stated(&buffer[..count])), Vec::new()),
                 },
             };
             if !bytes.is_empty() {

@@ -137,12 +137,12 @@ async fn of(twin: &TwinKind) {
     let mut choice = Choice::default();
     choice.choose(twin.instrument, twin.driver).unwrap();
     let room = VirtualRoom::open_with(document, &choice);
-    let lit = Switches {
+    let illuminated = Switches {
         lamp: true,
         shutter_open: true,
         baffle_in: false,
     };
-    room.with_world(|world, now_s| world.set_switches(lit, now_s));
+    room.with_world(|world, now_s| world.set_switches(illuminated, now_s));
     let meter = Arc::new(Meter::default());
     let links = Arc::new(ToTwin(room, twin.instrument, Arc::clone(&meter)));
     let drivers = [

@@ -149,12 +149,15 @@ pub(crate) fn run_line(
 }
 
 /// When and what is sent back; nothing for a line without a query.
-pub(crate) fn reply(asked: &str, answer: &str, now_s: f64) -> Answer {
+pub(crate) fn reply(requested: &str, answer: &str, now_s: f64) -> Answer {
     if answer.is_empty() {
         return Answer::At(now_s, Vec::new());
     }
     let bytes = format!("{answer}\r\n").into_bytes();
-    Answer::At(now_s + BYTE_S * (asked.len() + bytes.len()) as f64 + THINKING_S, bytes)
+    Answer::At(
+        now_s + BYTE_S * (requested.len() + bytes.len()) as f64 + THINKING_S,
+        bytes,
+    )
 }
 
 #[cfg(test)]

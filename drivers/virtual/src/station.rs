@@ -2,7 +2,7 @@
 
 use isolux_darkroom::illuminator::Illuminator;
 use isolux_darkroom::parts::Axis;
-use isolux_darkroom::{Darkroom, Flaws, Instrument, Room};
+use isolux_darkroom::{Darkroom, InjectedEffects, Instrument, Room};
 
 use crate::VirtualRoom;
 use crate::outlet::Outlet;
@@ -24,7 +24,7 @@ pub fn in_memory(choice: &Choice) -> Vec<Outlet> {
 }
 
 /// Text of a station file (`isolux-station/1`) for the instruments at `outlets`. It says what an operator knows:
-/// nominal distances, the certificates with their uncertainties, no flaw.
+/// nominal distances, the certificates with their uncertainties, no injected effect.
 ///
 /// `darkroom` names the room's file where it is not the built-in one and the instruments are in memory.
 pub fn station_in(darkroom: Option<&str>, document: &Darkroom, outlets: &[Outlet]) -> String {
@@ -69,7 +69,7 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     let mut text = format!(
         "format = \"isolux-station/1\"\nname = \"virtual darkroom\"\n\n[bench]\ntype = \"turning_luminaire\"\n\
          distance_mm = {:.1}\nu_distance_mm = 2.0\nu_gamma_deg = 0.03\nfloor_mm = {:.1}\n",
-        document.bench.distance_mm, document.flaws.floor_reflection.height_mm
+        document.bench.distance_mm, document.injected_effects.floor_reflection.height_mm
     );
     for (name, settings) in [("c", &document.axis.c), ("gamma", &document.axis.gamma)] {
         if let Some(open) = open(&format!("axis.{name}")) {
@@ -110,7 +110,7 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     }
     let switch = open("lamp").map(|open| format!("open = \"{open}\"\n"));
     if let Some(switch) = supply.map(|_| String::new()).or(switch) {
-        let nominal = Illuminator::new(&document.lamp, &Flaws::default(), document.seed);
+        let nominal = Illuminator::new(&document.lamp, &InjectedEffects::default(), document.seed);
         let estimates = [("flux_lm", document.lamp.flux_lm), ("peak_cd", nominal.peak_cd())]
             .into_iter()
             .filter(|(_, value)| *value > 0.0)

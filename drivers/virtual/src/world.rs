@@ -148,7 +148,7 @@ pub struct World {
 impl World {
     /// The room at the moment it is opened.
     pub fn new(document: Darkroom) -> Self {
-        let play_deg = document.flaws.backlash.width_deg;
+        let play_deg = document.injected_effects.backlash.width_deg;
         let axes = [
             AxisState::new(&document.axis.c, 0.0),
             AxisState::new(&document.axis.gamma, play_deg),
@@ -243,7 +243,7 @@ impl World {
     pub fn electrical(&self, at_s: f64) -> Electrical {
         match self.lamp_time_s(at_s) {
             Some(time_s) if self.switches_at(at_s).lamp && self.supply_v > 0.0 => {
-                Electrical::lit(self.room.document(), self.supply_v, time_s)
+                Electrical::illuminated(self.room.document(), self.supply_v, time_s)
             }
             _ => Electrical::idle(self.supply_v),
         }
@@ -432,7 +432,7 @@ mod tests {
 
     #[test]
     fn a_lag_displaces_moving_light_by_its_time_constant() {
-        let lit = |lag_s: f64| {
+        let illuminated = |lag_s: f64| {
             let mut document = Darkroom::default();
             document.luxmeter.lag_s = lag_s;
             let mut world = World::new(document);
@@ -450,7 +450,7 @@ mod tests {
             world.axis_mut(AxisName::Gamma).drive(motion, 10.0);
             world
         };
-        let (quick, slow) = (lit(0.0), lit(0.08));
+        let (quick, slow) = (illuminated(0.0), illuminated(0.08));
         let late = slow.meter_lx(13.0, 13.1);
         let [before, same] = [12.92, 13.0].map(|from_s| quick.meter_lx(from_s, from_s + 0.1));
         assert!(
@@ -483,7 +483,7 @@ mod tests {
     #[test]
     fn play_is_taken_up_over_its_width() {
         let mut document = Darkroom::default();
-        document.flaws.backlash.width_deg = 0.4;
+        document.injected_effects.backlash.width_deg = 0.4;
         let mut world = World::new(document);
         let drive = |world: &mut World, to: f64, now: f64| {
             let axis = world.axis_mut(AxisName::Gamma);

@@ -155,9 +155,9 @@ async fn a_tripped_drive_and_a_power_cut_are_told_apart_and_homing_recovers() {
     line.0.write_all(b"2Z\r").await.unwrap();
     sleep(Duration::from_secs(2)).await;
     line.0.write_all(b"2R(PA)\r").await.unwrap();
-    let mut said = [0; 4];
-    line.0.read_exact(&mut said).await.unwrap();
-    assert_eq!(&said, b"2Z\r2");
+    let mut stated = [0; 4];
+    line.0.read_exact(&mut stated).await.unwrap();
+    assert_eq!(&stated, b"2Z\r2");
     drop(line.0);
     serving.await.unwrap();
     let gamma = bench.gamma().await;

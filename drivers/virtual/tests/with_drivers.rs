@@ -206,7 +206,7 @@ async fn the_spectrum_leads_back_to_the_irradiance_at_the_entrance() {
     let target = Target::parse("ocean-ooi:memory:spectrometer").unwrap();
     let driver = OceanOoiDriver::new(Ports::new(Arc::new(links)));
     let instrument = driver.open_spectroradiometer(&target).await.unwrap();
-    let lit = Switches {
+    let illuminated = Switches {
         lamp: true,
         shutter_open: true,
         baffle_in: false,
@@ -216,7 +216,7 @@ async fn the_spectrum_leads_back_to_the_irradiance_at_the_entrance() {
         .await
         .unwrap();
     let dark = instrument.acquire(soon()).await.unwrap();
-    room.with_world(|world, now_s| world.set_switches(lit, now_s));
+    room.with_world(|world, now_s| world.set_switches(illuminated, now_s));
     tokio::time::sleep(Duration::from_secs(1)).await;
     let light = instrument.acquire(soon()).await.unwrap();
     let properties = instrument.properties();

@@ -18,7 +18,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::process::Command;
 
 /// Axes that are quick.
-const ROOM: &str = "[flaws]\nonly = true\n[axis.c]\nspeed_deg_s = 200.0\naccel_deg_s2 = 4000.0\nstart_deg = 10.0\n";
+const ROOM: &str =
+    "[injected_effects]\nonly = true\n[axis.c]\nspeed_deg_s = 200.0\naccel_deg_s2 = 4000.0\nstart_deg = 10.0\n";
 
 fn python() -> Option<PathBuf> {
     let python = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../peers-python/bin/python");
@@ -68,10 +69,10 @@ async fn read(python: &Path, fault: Option<&str>, change: Change) -> (Value, Vir
     command.arg(script).arg(port.to_string()).kill_on_drop(true);
     let output = tokio::time::timeout(Duration::from_secs(90), command.output()).await;
     let output = output.expect("it ends within 90 s").unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
+    let stated = String::from_utf8_lossy(&output.stdout);
     let words = String::from_utf8_lossy(&output.stderr);
     (
-        serde_json::from_str(&said).unwrap_or_else(|error| panic!("{error}: {said}{words}")),
+        serde_json::from_str(&stated).unwrap_or_else(|error| panic!("{error}: {stated}{words}")),
         room,
     )
 }
@@ -111,42 +112,45 @@ fn another_output(reply: &str) -> String {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_makers_library_reads_what_is_true() {
     let Some(python) = python() else { return };
-    let (said, room) = read(&python, None, as_it_is).await;
+    let (stated, room) = read(&python, None, as_it_is).await;
     let seed = room.with_world(|world, _| world.room().document().seed);
-    assert_eq!(said["serial"], (900_000 + seed % 100_000).to_string(), "{said}");
-    assert_eq!(said["flags_before"], serde_json::json!(["WH", "WR"]), "{said}");
+    assert_eq!(stated["serial"], (900_000 + seed % 100_000).to_string(), "{stated}");
+    assert_eq!(stated["flags_before"], serde_json::json!(["WH", "WR"]), "{stated}");
     assert_eq!(
-        (&said["homed_before"], &said["homed"]),
+        (&stated["homed_before"], &stated["homed"]),
         (&false.into(), &true.into()),
-        "{said}"
+        "{stated}"
     );
-    assert_eq!(said["flags"], serde_json::json!([]), "{said}");
-    let numbers = ["home", "absolute", "relative"].map(|step| said[step].as_f64().unwrap_or(f64::NAN));
-    assert_eq!(numbers, [0.0, 128_000.0, 123_733.0], "{said}");
-    let stopped = said["stopped"].as_f64().unwrap();
-    assert!(stopped > 123_733.0 && stopped < 400_000.0, "{said}");
+    assert_eq!(stated["flags"], serde_json::json!([]), "{stated}");
+    let numbers = ["home", "absolute", "relative"].map(|step| stated[step].as_f64().unwrap_or(f64::NAN));
+    assert_eq!(numbers, [0.0, 128_000.0, 123_733.0], "{stated}");
+    let stopped = stated["stopped"].as_f64().unwrap();
+    assert!(stopped > 123_733.0 && stopped < 400_000.0, "{stated}");
     let (at, lamp) = room.with_world(|world, now_s| {
         let axis = world.axis(AxisName::C);
         (axis.motion.position(now_s), world.switches().lamp)
     });
-    assert!((at - stopped).abs() <= 1.0 && lamp, "{at} {lamp} {said}");
-    assert!(said["refused"].as_str().unwrap().contains("BADDATA"), "{said}");
+    assert!((at - stopped).abs() <= 1.0 && lamp, "{at} {lamp} {stated}");
+    assert!(stated["refused"].as_str().unwrap().contains("BADDATA"), "{stated}");
     assert_eq!(
-        said["outputs"],
+        stated["outputs"],
         serde_json::json!([true, false, false, false]),
-        "{said}"
+        "{stated}"
     );
     let volts = room.with_world(|world, now_s| (world.temperature_c(now_s) + 50.0) / 15.0);
-    assert!((said["volts"].as_f64().unwrap() - volts).abs() < 0.05, "{volts} {said}");
+    assert!(
+        (stated["volts"].as_f64().unwrap() - volts).abs() < 0.05,
+        "{volts} {stated}"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_makers_library_reports_a_stall_and_an_alarm() {
     let Some(python) = python() else { return };
     for (fault, flag) in [("axes stall", "FS"), ("axes alarm", "FD")] {
-        let (said, _room) = read(&python, Some(fault), as_it_is).await;
-        assert!(said.to_string().contains(flag), "{fault}: {said}");
-        assert_ne!(said["flags"], serde_json::json!([]), "{fault}: {said}");
+        let (stated, _room) = read(&python, Some(fault), as_it_is).await;
+        assert!(stated.to_string().contains(flag), "{fault}: {stated}");
+        assert_ne!(stated["flags"], serde_json::json!([]), "{fault}: {stated}");
     }
 }
 
@@ -162,7 +166,7 @@ async fn what_is_changed_on_the_way_is_read_otherwise() {
         ("serial", another_id),
     ];
     for (field, change) in changes {
-        let (said, _room) = read(&python, None, change).await;
-        assert_ne!(said[field], truth[field], "{field} was changed on its way: {said}");
+        let (stated, _room) = read(&python, None, change).await;
+        assert_ne!(stated[field], truth[field], "{field} was changed on its way: {stated}");
     }
 }

@@ -78,8 +78,8 @@ fn by_a_profile(bencher: divan::Bencher<'_, '_>, piece: usize) {
     };
     let answer = |_: &[u8]| b"E 123.45 lx\r\n".to_vec();
     bencher.bench_local(|| {
-        let said = exchange(&mut line, now, black_box(message.clone()), answer, piece).unwrap();
-        assert_eq!(Number::parse(&said.fields["value"]).unwrap().value, 123.45);
+        let stated = exchange(&mut line, now, black_box(message.clone()), answer, piece).unwrap();
+        assert_eq!(Number::parse(&stated.fields["value"]).unwrap().value, 123.45);
     });
 }
 

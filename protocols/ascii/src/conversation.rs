@@ -173,7 +173,7 @@ mod tests {
         }
     }
 
-    fn asked(word: &'static str) -> (Lines<Shout>, Instant) {
+    fn requested(word: &'static str) -> (Lines<Shout>, Instant) {
         let (mut lines, now) = (Lines::<Shout>::default(), Instant::now());
         assert_eq!(lines.ready_at(now), now);
         lines.start(now, word);
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_late_answer_is_swallowed_and_prolongs_the_silence() {
-        let (mut lines, now) = asked("one");
+        let (mut lines, now) = requested("one");
         assert!(lines.handle_input(now, b"ON").is_empty());
         assert_eq!(lines.abandon(now), b"ON");
         assert_eq!(lines.ready_at(now), now + QUIET);
@@ -199,11 +199,11 @@ mod tests {
 
     #[test]
     fn two_answers_at_once_are_none_and_a_second_one_later_is_not_taken_for_the_next() {
-        let (mut lines, now) = asked("one");
+        let (mut lines, now) = requested("one");
         assert!(
             matches!(&lines.handle_input(now, b"ONE\nONE\n")[..], [Event::Malformed { frame, .. }] if frame == b"ONE\nONE\n")
         );
-        let (mut lines, now) = asked("one");
+        let (mut lines, now) = requested("one");
         assert!(answers(&lines.handle_input(now, b"ONE\n")));
         assert!(lines.handle_input(now, b"ONE\n").is_empty());
         assert_eq!(lines.ready_at(now), now + QUIET);
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn an_endless_answer_and_a_request_that_nobody_answers() {
-        let (mut lines, now) = asked("one");
+        let (mut lines, now) = requested("one");
         assert!(lines.handle_input(now, &[b'O'; 20]).is_empty());
         assert!(
             matches!(&lines.handle_input(now, b"O")[..], [Event::Malformed { reason, .. }] if reason.contains("21 bytes"))
@@ -230,7 +230,7 @@ mod tests {
             let mut cuts = cuts;
             cuts.extend([0, bytes.len()]);
             cuts.sort_unstable();
-            let (mut lines, now) = asked("eleven");
+            let (mut lines, now) = requested("eleven");
             let events: Vec<_> = cuts.windows(2).flat_map(|cut| lines.handle_input(now, &bytes[cut[0]..cut[1]])).collect();
             prop_assert_eq!(events, [Event::Answer(Reply { answer: "ELEVEN".to_owned(), bytes: bytes.to_vec() })]);
         }
@@ -240,7 +240,7 @@ mod tests {
             // Line ends alone are not garbage: some instruments send CR LF, some LF CR.
             prop_assume!(garbage.iter().any(|byte| !b"\r\n".contains(byte)));
             let bytes = if before { [&garbage[..], b"ONE\n"].concat() } else { [b"ONE\n", &garbage[..]].concat() };
-            let (mut lines, now) = asked("one");
+            let (mut lines, now) = requested("one");
             prop_assert!(!answers(&lines.handle_input(now, &bytes)));
         }
     }

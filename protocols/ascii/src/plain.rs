@@ -167,7 +167,7 @@ impl Language for Plain {
             }
             // All bytes are ASCII.
             Some(_) => match Self::form(message, &String::from_utf8_lossy(line)) {
-                Ok(said) => Judgement::Answer(said),
+                Ok(stated) => Judgement::Answer(stated),
                 Err(reason) => Judgement::Damaged(reason),
             },
         }
@@ -206,9 +206,9 @@ mod tests {
         plain.judge(received)
     }
 
-    fn said(message: Message, received: &[u8]) -> Option<(usize, Vec<String>)> {
+    fn stated(message: Message, received: &[u8]) -> Option<(usize, Vec<String>)> {
         match judged(message, received) {
-            Judgement::Answer(said) => Some((said.form, said.fields.into_values().collect())),
+            Judgement::Answer(stated) => Some((stated.form, stated.fields.into_values().collect())),
             _ => None,
         }
     }
@@ -216,9 +216,9 @@ mod tests {
     #[test]
     fn an_answer_has_one_of_its_forms_and_a_number_where_one_belongs() {
         let one = |text: &str| vec![text.to_owned()];
-        assert_eq!(said(message(), b"E 12.5 lx\r\n"), Some((0, one("12.5"))));
-        assert_eq!(said(message(), b"E OVER\r\n"), Some((1, vec![])));
-        assert_eq!(said(message(), b"ERR 7\r\n"), Some((2, one("7"))));
+        assert_eq!(stated(message(), b"E 12.5 lx\r\n"), Some((0, one("12.5"))));
+        assert_eq!(stated(message(), b"E OVER\r\n"), Some((1, vec![])));
+        assert_eq!(stated(message(), b"ERR 7\r\n"), Some((2, one("7"))));
         for (received, reason) in [
             (&b"E NAN lx\r\n"[..], "has no form"),
             (b"E 12.5 lx\n", "byte 0A"),
@@ -241,7 +241,7 @@ mod tests {
         assert!(
             matches!(judged(proof.clone(), b"E 1 lx\r\n"), Judgement::Damaged(reason) if reason.contains("another"))
         );
-        assert!(said(proof, b"LUX-1\r\n").is_some());
+        assert!(stated(proof, b"LUX-1\r\n").is_some());
     }
 
     #[test]
@@ -250,16 +250,16 @@ mod tests {
             echo: true,
             ..message()
         };
-        assert_eq!(said(echo(), b"E?\rE 1.5 lx\r\n"), Some((0, vec!["1.5".to_owned()])));
-        assert_eq!(said(echo(), b"E 1.5 lx\r\n"), None);
+        assert_eq!(stated(echo(), b"E?\rE 1.5 lx\r\n"), Some((0, vec!["1.5".to_owned()])));
+        assert_eq!(stated(echo(), b"E 1.5 lx\r\n"), None);
         assert_eq!(judged(echo(), b"E"), Judgement::More);
         let blind = || Message {
             forms: vec![],
             ..echo()
         };
         assert_eq!(judged(blind(), b"E?"), Judgement::More);
-        assert_eq!(said(blind(), b"E?\r"), Some((0, vec![])));
-        assert_eq!(said(blind(), b"E?\rE"), None);
+        assert_eq!(stated(blind(), b"E?\r"), Some((0, vec![])));
+        assert_eq!(stated(blind(), b"E?\rE"), None);
         let mut plain = Plain::default();
         assert!(
             plain
@@ -279,13 +279,13 @@ mod tests {
             let (end, bytes) = [(End::Cr, &b"E 12.5 lx\r"[..]), (End::Lf, b"E 12.5 lx\r\n"), (End::CrLf, b"E 12.5 lx\r\n")][end];
             let message = Message { answer_end: end, ..message() };
             prop_assert_eq!(judged(message.clone(), &bytes[..cut.min(bytes.len() - 1)]), Judgement::More);
-            prop_assert!(said(message, bytes).is_some());
+            prop_assert!(stated(message, bytes).is_some());
         }
 
         #[test]
         fn noise_is_no_answer(bytes in proptest::collection::vec(any::<u8>(), 0..40)) {
             prop_assume!(!bytes.starts_with(b"E") && !bytes.trim_ascii_start().starts_with(b"E"));
-            prop_assert!(said(message(), &bytes).is_none());
+            prop_assert!(stated(message(), &bytes).is_none());
         }
     }
 }

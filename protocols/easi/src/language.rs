@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn asked(request: Request) -> Easi {
+    fn requested(request: Request) -> Easi {
         let mut easi = Easi::default();
         easi.start(request);
         easi
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn echoes_are_stripped_and_must_be_those_of_the_question() {
-        let easi = asked(Request::report(1, "R(PA)"));
+        let easi = requested(Request::report(1, "R(PA)"));
         for whole in [
             &b"1R(PA)\r*-450\r\n"[..],
             b"1R(PA)\r\n*-450\r\n",
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_command_ends_with_its_user_faults_and_may_be_refused() {
-        let easi = asked(Request::command(1, "G"));
+        let easi = requested(Request::command(1, "G"));
         let clear = "0000_0000_0000_0000_0000_0000_0000_0000";
         assert_eq!(easi.judge(b"1G\r1R(UF)\r"), Judgement::More);
         assert_eq!(easi.judge(format!("1G\r1R(UF)\r*{clear}\r\n").as_bytes()), value(clear));
@@ -203,7 +203,7 @@ mod tests {
         #[test]
         fn no_beginning_of_an_answer_is_one(steps in any::<i32>(), command: bool) {
             let request = if command { Request::command(1, "S") } else { Request::report(1, "R(PA)") };
-            let easi = asked(request);
+            let easi = requested(request);
             let whole = if command { format!("1S\r1R(UF)\r*{steps}\r\n") } else { format!("1R(PA)\r*{steps}\r\n") };
             for cut in 0..whole.len() {
                 prop_assert_eq!(easi.judge(&whole.as_bytes()[..cut]), Judgement::More, "{}", cut);
@@ -213,7 +213,7 @@ mod tests {
 
         #[test]
         fn a_lost_byte_is_never_another_value(steps in -99_999..100_000_i32, at in 0..20_usize) {
-            let easi = asked(Request::report(1, "R(PA)"));
+            let easi = requested(Request::report(1, "R(PA)"));
             let mut bytes = format!("1R(PA)\r*{steps}\r\n").into_bytes();
             prop_assume!(at < bytes.len());
             // Digits alone have no redundancy: there the driver's second look decides.
@@ -226,7 +226,7 @@ mod tests {
 
         #[test]
         fn noise_is_no_answer(bytes in proptest::collection::vec(any::<u8>(), 0..60)) {
-            prop_assert!(!matches!(asked(Request::report(1, "R(PA)")).judge(&bytes), Judgement::Answer(_)));
+            prop_assert!(!matches!(requested(Request::report(1, "R(PA)")).judge(&bytes), Judgement::Answer(_)));
         }
     }
 }

@@ -46,7 +46,7 @@ pub enum Answer {
 /// The host's side of the line.
 #[derive(Debug, Clone, Default)]
 pub struct Mavo {
-    asked: Option<Request>,
+    requested: Option<Request>,
     /// The request as it was written.
     text: String,
     spelling: usize,
@@ -74,7 +74,7 @@ impl Language for Mavo {
             Request::SetRange(range) => format!("RAN {}", range.min(4)),
             Request::SetAuto(auto) => format!("RAN:AUTO {}", if auto { "ON" } else { "OFF" }),
         };
-        self.asked = Some(request);
+        self.requested = Some(request);
         (format!("{}\n", self.text).into_bytes(), None)
     }
 
@@ -94,7 +94,7 @@ impl Language for Mavo {
         let data = text
             .strip_prefix(header)
             .map(|rest| rest.strip_prefix('?').unwrap_or(rest));
-        let answer = match (self.asked, data) {
+        let answer = match (self.requested, data) {
             (Some(Request::Echo | Request::Lux | Request::SetRange(_) | Request::SetAuto(_)), Some("")) => {
                 Some(Ok(Answer::Done))
             }
@@ -125,14 +125,14 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn asked(request: Request) -> Mavo {
+    fn requested(request: Request) -> Mavo {
         let mut mavo = Mavo::default();
         mavo.start(request);
         mavo
     }
 
     fn answer(request: Request, text: &str) -> Answer {
-        match asked(request).judge(format!("{text}\n").as_bytes()) {
+        match requested(request).judge(format!("{text}\n").as_bytes()) {
             Judgement::Answer(answer) => answer,
             other => panic!("{text}: {other:?}"),
         }
@@ -199,7 +199,7 @@ mod tests {
             (Request::Measure, "ERROR = x"),
             (Request::Measure, ""),
         ] {
-            let judged = asked(request).judge(format!("{text}\n").as_bytes());
+            let judged = requested(request).judge(format!("{text}\n").as_bytes());
             let settled = request == Request::SetRange(3) && text == "RAN 3 ";
             assert_eq!(matches!(judged, Judgement::Answer(_)), settled, "{text}: {judged:?}");
         }
@@ -208,7 +208,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_beginning_of_an_answer_is_one(digits in 0..2000_u16, exponent in 0..6_i32) {
-            let mavo = asked(Request::Measure);
+            let mavo = requested(Request::Measure);
             let whole = format!("PHOT? {digits}E{:03} LX\n", exponent - 3);
             for cut in 0..whole.len() {
                 prop_assert_eq!(mavo.judge(&whole.as_bytes()[..cut]), Judgement::More);
@@ -218,7 +218,7 @@ mod tests {
         #[test]
         fn noise_is_no_answer(bytes in proptest::collection::vec(any::<u8>(), 0..40), prefix: bool) {
             let bytes = if prefix { [b"PHOT? 12E", &bytes[..]].concat() } else { bytes };
-            let judged = asked(Request::Measure).judge(&bytes);
+            let judged = requested(Request::Measure).judge(&bytes);
             prop_assert!(!matches!(judged, Judgement::Answer(_)) || bytes.ends_with(b" LX\n") || bytes.ends_with(b" LX\r\n"));
         }
     }

@@ -134,9 +134,9 @@ impl Conversation for Mbap {
                 Ok(Some(frame)) => events.push(self.take(frame)),
                 Ok(None) => return events,
                 Err(reason) => {
-                    let asked = self.waiting.is_some();
+                    let requested = self.waiting.is_some();
                     let frame = self.lose_step(now);
-                    events.push(if asked {
+                    events.push(if requested {
                         Event::Malformed { reason, frame }
                     } else {
                         Event::Remark(format!("{reason}: the stream is thrown away until it is silent"))

@@ -80,10 +80,10 @@ pub(crate) fn progress(request: &Request, pdu: &[u8]) -> Progress {
         return Progress::Wrong(format!("function {first:02X}h answers, {function:02X}h was asked"));
     }
     // Everything but the data itself is known beforehand.
-    let asked = request.pdu();
+    let requested = request.pdu();
     let (known, length) = match bytes_to_read(request.ask()) {
         Some(bytes) => (vec![function, bytes], 2 + usize::from(bytes)),
-        None => (asked[..5].to_vec(), 5),
+        None => (requested[..5].to_vec(), 5),
     };
     let there = pdu.len().min(known.len());
     if pdu[..there] != known[..there] {

@@ -81,9 +81,9 @@ impl Rtu {
             return None;
         };
         if *unit != waiting.request.unit() {
-            let asked = waiting.request.unit();
+            let requested = waiting.request.unit();
             return Some(Err(format!(
-                "the first byte is {unit:02X}h, unit {asked:02X}h was asked"
+                "the first byte is {unit:02X}h, unit {requested:02X}h was asked"
             )));
         }
         let length = match progress(&waiting.request, pdu) {

@@ -175,6 +175,6 @@ fn exceptions_have_names() {
     assert_eq!(Exception(2).to_string(), "exception 02h (illegal data address)");
     let mut codec = Mbap::new(Duration::from_secs(1));
     let (_, events) = exchange(&mut codec, Request::new(9, ask).unwrap(), "00 01 00 00 00 03 09 83 0B");
-    let said = outcome(&events).as_ref().unwrap_err().to_string();
-    assert_eq!(said, "exception 0Bh (gateway target device failed to respond)");
+    let stated = outcome(&events).as_ref().unwrap_err().to_string();
+    assert_eq!(stated, "exception 0Bh (gateway target device failed to respond)");
 }

@@ -239,22 +239,22 @@ proptest! {
 #[test]
 fn an_answer_of_another_unit_function_or_place_is_none() {
     let now = Instant::now();
-    let asked = registers(1, 7, vec![0, 1]);
+    let requested = registers(1, 7, vec![0, 1]);
     for wrong in [
         registers(2, 7, vec![0, 1]),
         registers(1, 7, vec![1]),
         registers(1, 7, vec![0, 1, 2]),
         Case {
             pdu: vec![4, 4, 0, 0, 0, 1],
-            ..asked.clone()
+            ..requested.clone()
         },
     ] {
         let mut line = rtu();
-        line.start(now, asked.request());
+        line.start(now, requested.request());
         assert!(is_malformed(&line.handle_input(now, &wrong.rtu())), "{wrong:?}");
         assert!(line.ready_at(now) > now + SLOWEST);
         let mut stream = mbap();
-        stream.start(now, asked.request());
+        stream.start(now, requested.request());
         assert!(is_malformed(&stream.handle_input(now, &wrong.mbap(1))), "{wrong:?}");
     }
     // A write that is acknowledged for another register, or with another value or count.
@@ -354,17 +354,17 @@ fn four_requests(
     let mut on_its_way = OnItsWay::new();
     let mut free = now;
     let mut got = Vec::new();
-    for asked in 1..=4_u16 {
+    for requested in 1..=4_u16 {
         // What comes before the codec is ready is handed to it, and may make it wait for longer.
         while waits && let Some((at, bytes)) = arrived(&mut on_its_way, codec.ready_at(now)) {
             now = now.max(at);
             codec.handle_input(now, &bytes);
         }
         now = if waits { codec.ready_at(now) } else { now + ms(40) };
-        let case = registers(1, 7, vec![asked]);
+        let case = registers(1, 7, vec![requested]);
         codec.start(now, case.request());
-        free = free.max(now) + ms(if asked == 1 { 350 } else { 20 });
-        on_its_way.push_back((free, frame(&case, asked)));
+        free = free.max(now) + ms(if requested == 1 { 350 } else { 20 });
+        on_its_way.push_back((free, frame(&case, requested)));
         let deadline = now + ms(200);
         let mut value = None;
         while value.is_none()

@@ -172,7 +172,7 @@ mod tests {
         events.iter().filter(|event| matches!(event, Event::Answer(_))).count()
     }
 
-    fn asked(request: Request) -> Host {
+    fn requested(request: Request) -> Host {
         let mut host = Host::default();
         host.start(Instant::now(), request);
         host
@@ -182,7 +182,7 @@ mod tests {
     fn split_at_every_byte_it_is_the_same_spectrum() {
         let whole = spectrum(1);
         for cut in 0..=whole.len() {
-            let mut host = asked(Request::Spectrum);
+            let mut host = requested(Request::Spectrum);
             let now = Instant::now();
             let mut events = host.handle_input(now, &whole[..cut]);
             events.extend(host.handle_input(now, &whole[cut..]));
@@ -207,7 +207,7 @@ mod tests {
                 checked: true,
                 data: Vec::new(),
             };
-            asked(Request::Irradiance).handle_input(Instant::now(), &message.encode())
+            requested(Request::Irradiance).handle_input(Instant::now(), &message.encode())
         };
         assert!(matches!(nack(BAD_CHECKSUM)[..], [Event::Malformed { .. }]));
         let [Event::Answer(answer)] = &nack(2)[..] else {
@@ -229,7 +229,7 @@ mod tests {
             for bit in 0..8 * whole.len() {
                 let mut flipped = whole.clone();
                 flipped[bit / 8] ^= 1 << (bit % 8);
-                let events = asked(request).handle_input(Instant::now(), &flipped);
+                let events = requested(request).handle_input(Instant::now(), &flipped);
                 assert_eq!(values(&events), 0, "bit {bit}: {events:?}");
             }
         }
@@ -243,7 +243,7 @@ mod tests {
             let after = [&whole, garbage].concat();
             for bytes in [before, after] {
                 let now = Instant::now();
-                let mut host = asked(Request::Spectrum);
+                let mut host = requested(Request::Spectrum);
                 assert_eq!(values(&host.handle_input(now, &bytes)), 0);
                 assert_eq!(host.ready_at(now), now + QUIET, "and the line is left to fall silent");
             }
@@ -252,7 +252,7 @@ mod tests {
 
     #[test]
     fn late_answers_are_told_by_their_number() {
-        let mut host = asked(Request::Serial);
+        let mut host = requested(Request::Serial);
         let now = Instant::now();
         host.abandon(now);
         host.start(now, Request::Serial);
@@ -282,7 +282,7 @@ mod tests {
             data: vec![],
         };
         let now = Instant::now();
-        let events = asked(Request::Saturation).handle_input(now, &refused.encode());
+        let events = requested(Request::Saturation).handle_input(now, &refused.encode());
         let [
             Event::Answer(Answer {
                 value: Value::Refused { error: 2, reason },
@@ -297,7 +297,7 @@ mod tests {
             error: DEFERRED,
             ..refused
         };
-        let mut host = asked(Request::Saturation);
+        let mut host = requested(Request::Saturation);
         assert_eq!(values(&host.handle_input(now, &deferred.encode())), 0);
         let answer = reply(Request::Saturation, 1, Flags::RESPONSE, vec![0xFF, 0x3F]);
         let expected = Answer {
@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn a_spectrum_given_up_holds_the_line_for_its_exposure() {
         let now = Instant::now();
-        let mut host = asked(Request::SetIntegration(2_000_000));
+        let mut host = requested(Request::SetIntegration(2_000_000));
         let done = reply(Request::SetIntegration(0), 1, Flags::ACK, vec![]);
         assert_eq!(values(&host.handle_input(now, &done)), 1);
         host.start(now, Request::Spectrum);
@@ -321,7 +321,7 @@ mod tests {
     proptest! {
         #[test]
         fn noise_is_never_a_value(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
-            let mut host = asked(Request::Serial);
+            let mut host = requested(Request::Serial);
             prop_assert_eq!(values(&host.handle_input(Instant::now(), &bytes)), 0);
         }
     }

@@ -55,7 +55,7 @@ pub enum Answer {
 /// The host's side of the line.
 #[derive(Debug, Clone, Default)]
 pub struct P9710 {
-    asked: Option<Request>,
+    requested: Option<Request>,
     turn: usize,
     /// What was set last: a range that is held, and the integration time in 0.1 ms.
     held: bool,
@@ -69,7 +69,7 @@ impl P9710 {
 
     /// The fields of an answer to this request.
     fn read(&self, text: &str) -> Option<Answer> {
-        match self.asked? {
+        match self.requested? {
             Request::Identify => {
                 let mut fields = text.splitn(3, ';').map(|field| field.trim_matches(['"', ' ']));
                 let mut next = || fields.next().filter(|field| !field.is_empty()).map(str::to_owned);
@@ -119,7 +119,7 @@ impl Language for P9710 {
     }
 
     fn start(&mut self, request: Request) -> (Vec<u8>, Option<Answer>) {
-        self.asked = Some(request);
+        self.requested = Some(request);
         match request {
             Request::SetRange(range) => self.held = range != Range::Auto,
             Request::SetIntegration(tenths) => self.tenths = Some(tenths),
@@ -153,7 +153,11 @@ impl Language for P9710 {
         }
         match self.read(text) {
             Some(answer) => Judgement::Answer(answer),
-            None => Judgement::Damaged(format!("\"{}\" does not answer {:?}", text.escape_debug(), self.asked)),
+            None => Judgement::Damaged(format!(
+                "\"{}\" does not answer {:?}",
+                text.escape_debug(),
+                self.requested
+            )),
         }
     }
 }
@@ -163,7 +167,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn asked(request: Request) -> P9710 {
+    fn requested(request: Request) -> P9710 {
         let mut meter = P9710::default();
         meter.start(request);
         meter
@@ -180,10 +184,11 @@ mod tests {
 
     #[test]
     fn answers_of_the_manuals_forms() {
-        let answer = asked(Request::Identify).judge(b"P-9710 4.7;1234;\"lx\"\n");
+        let answer = requested(Request::Identify).judge(b"P-9710 4.7;1234;\"lx\"\n");
         let (software, serial, unit) = ("P-9710 4.7".to_owned(), "1234".to_owned(), "lx".to_owned());
         assert_eq!(answer, Judgement::Answer(Answer::Identity { software, serial, unit }));
-        let Judgement::Answer(Answer::Measurement(measured)) = asked(Request::Measure).judge(b"+1.2345E+02,3;+61.7\n")
+        let Judgement::Answer(Answer::Measurement(measured)) =
+            requested(Request::Measure).judge(b"+1.2345E+02,3;+61.7\n")
         else {
             panic!()
         };
@@ -191,14 +196,14 @@ mod tests {
             (measured.value.value, measured.range, measured.percent),
             (123.45, 3, 61.7)
         );
-        let error = asked(Request::Measure).judge(b"?16\n");
+        let error = requested(Request::Measure).judge(b"?16\n");
         assert_eq!(error, Judgement::Answer(Answer::Error(ErrorCode(16))));
         assert_eq!(
-            asked(Request::SetIntegration(5000)).judge(b"5000\n"),
+            requested(Request::SetIntegration(5000)).judge(b"5000\n"),
             Judgement::Answer(Answer::Done)
         );
         assert_eq!(
-            asked(Request::SetRange(Range::Fixed(3))).judge(b"0;3\n"),
+            requested(Request::SetRange(Range::Fixed(3))).judge(b"0;3\n"),
             Judgement::Answer(Answer::Done)
         );
     }
@@ -220,7 +225,7 @@ mod tests {
             (Request::Identify, "GOSSEN;1;lx"),
             (Request::Identify, "P-9710 4.7;1234"),
         ] {
-            let judged = asked(request).judge(format!("{text}\n").as_bytes());
+            let judged = requested(request).judge(format!("{text}\n").as_bytes());
             assert!(
                 matches!(judged, Judgement::Damaged(_)),
                 "{request:?} {text}: {judged:?}"
@@ -252,7 +257,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_beginning_and_no_lost_byte_is_an_answer(digits in 0..100_000_u32, range in 0..8_u8, at in 0..20_usize) {
-            let meter = asked(Request::Measure);
+            let meter = requested(Request::Measure);
             let whole = format!("+{}.{:04}E+02,{range};+61.7\n", digits / 10_000, digits % 10_000).into_bytes();
             for cut in 0..whole.len() {
                 prop_assert_eq!(meter.judge(&whole[..cut]), Judgement::More);
@@ -266,7 +271,7 @@ mod tests {
 
         #[test]
         fn noise_is_no_measurement(bytes in proptest::collection::vec(any::<u8>(), 0..40)) {
-            let judged = asked(Request::Measure).judge(&bytes);
+            let judged = requested(Request::Measure).judge(&bytes);
             prop_assert!(!matches!(judged, Judgement::Answer(Answer::Measurement(_))));
         }
     }

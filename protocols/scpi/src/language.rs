@@ -159,7 +159,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn asked(expect: Expect) -> Scpi {
+    fn requested(expect: Expect) -> Scpi {
         let mut scpi = Scpi::new(Terminator::Lf, Duration::from_secs(1));
         let message = "X?".to_owned();
         scpi.start(Request { message, expect });
@@ -175,21 +175,21 @@ mod tests {
             (b"*CLS\r\n".to_vec(), Some(Answer::Sent))
         );
         assert_eq!(
-            asked(Expect::Text).judge(b"YOKOGAWA,WT310,C2PH13047V,F1.03\n"),
+            requested(Expect::Text).judge(b"YOKOGAWA,WT310,C2PH13047V,F1.03\n"),
             Judgement::Answer(Answer::Text("YOKOGAWA,WT310,C2PH13047V,F1.03".to_owned()))
         );
-        assert!(matches!(asked(Expect::Text).judge(b"\r\n"), Judgement::Damaged(_)));
+        assert!(matches!(requested(Expect::Text).judge(b"\r\n"), Judgement::Damaged(_)));
     }
 
     #[test]
     fn a_block_is_counted_and_not_split_at_its_line_ends() {
         // FLOAT of a WT: 230.0, 0.1834, 40.15 (built from the rule of the manual); 0x0A inside is no end.
         let bytes = b"#40012\x43\x66\x00\x00\x3E\x3B\xCD\x36\x42\x20\x99\x9A\n";
-        let Judgement::Answer(Answer::Block(block)) = asked(Expect::Block).judge(bytes) else {
+        let Judgement::Answer(Answer::Block(block)) = requested(Expect::Block).judge(bytes) else {
             panic!()
         };
         assert_eq!(f32::from_be_bytes(block[..4].try_into().unwrap()), 230.0);
-        let inner = asked(Expect::Block).judge(b"#13\n\n\n\r\n");
+        let inner = requested(Expect::Block).judge(b"#13\n\n\n\r\n");
         assert_eq!(inner, Judgement::Answer(Answer::Block(b"\n\n\n".to_vec())));
         for damaged in [
             &b"1.5\n"[..],
@@ -201,7 +201,7 @@ mod tests {
             b"#13abc\nx",
         ] {
             assert!(
-                matches!(asked(Expect::Block).judge(damaged), Judgement::Damaged(_)),
+                matches!(requested(Expect::Block).judge(damaged), Judgement::Damaged(_)),
                 "{}",
                 damaged.escape_ascii()
             );
@@ -212,7 +212,7 @@ mod tests {
         #[test]
         fn no_beginning_of_a_block_is_one(body in proptest::collection::vec(any::<u8>(), 0..40)) {
             let whole = [format!("#2{:02}", body.len()).as_bytes(), &body, b"\n"].concat();
-            let scpi = asked(Expect::Block);
+            let scpi = requested(Expect::Block);
             for cut in 0..whole.len() {
                 prop_assert_eq!(scpi.judge(&whole[..cut]), Judgement::More);
             }
@@ -221,8 +221,8 @@ mod tests {
 
         #[test]
         fn noise_never_panics(bytes in proptest::collection::vec(any::<u8>(), 0..60)) {
-            let _ = asked(Expect::Block).judge(&bytes);
-            let _ = asked(Expect::Text).judge(&bytes);
+            let _ = requested(Expect::Block).judge(&bytes);
+            let _ = requested(Expect::Text).judge(&bytes);
         }
     }
 }

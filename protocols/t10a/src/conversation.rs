@@ -78,8 +78,8 @@ impl Host {
                 Some(Event::Answer(Some((answer, frame))))
             }
             Ok(answer) => {
-                let ((head, command), (asked_head, asked)) = (answer.to(), expected);
-                let reason = format!("head {head} answers command {command}, head {asked_head} was asked {asked}");
+                let ((head, command), (asked_head, requested)) = (answer.to(), expected);
+                let reason = format!("head {head} answers command {command}, head {asked_head} was asked {requested}");
                 Some(self.damaged(now, &reason))
             }
             Err(error) => Some(self.damaged(now, &error.reason)),

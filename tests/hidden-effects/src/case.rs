@@ -272,8 +272,8 @@ pub(crate) fn day(order: &Order, draws: &mut Draws) -> Option<Day> {
         },
         |name, draws| unnamed(name, &steps, &plain, draws),
     )?;
-    let flawed = truth::with_effects(room.clone(), &hidden.settings);
-    let mut clean = truth::readings(flawed, &hidden.settings, &steps);
+    let disturbed = truth::with_effects(room.clone(), &hidden.settings);
+    let mut clean = truth::readings(disturbed, &hidden.settings, &steps);
     clean.iter_mut().zip(&hidden.added).for_each(|(lx, more)| *lx += more);
     noise.ratio = draws.between(0.85, 1.2);
     Some(Day {

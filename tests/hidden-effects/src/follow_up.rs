@@ -77,8 +77,8 @@ fn readings(order: &Order, plan: &toml::Table) -> Option<Vec<(&'static str, Stri
     }
     let plain = truth::readings(day.room.clone(), &[], &steps);
     case::set_ranges(&mut steps, &plain);
-    let flawed = truth::with_effects(day.room.clone(), &day.settings);
-    let clean = truth::readings(flawed, &day.settings, &steps);
+    let disturbed = truth::with_effects(day.room.clone(), &day.settings);
+    let clean = truth::readings(disturbed, &day.settings, &steps);
     let noise = case::unit_noise(steps.len(), order, &mut draws);
     let mut csv = format!("{},illuminance_lx,u_lx\n", case::COLUMNS);
     for (i, step) in steps.iter().enumerate() {

@@ -62,13 +62,13 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
     let phase = draws.between(0.0, std::f64::consts::TAU);
     let period_s = draws.between(11.0, 90.0);
     let readings = draws.between(2.3, 17.0);
-    let lit: Vec<usize> = (0..steps.len())
+    let illuminated: Vec<usize> = (0..steps.len())
         .filter(|&i| steps[i].at.kind == Kind::Lit && !steps[i].held_out && steps[i].at.gamma_deg.abs() > 12.0)
         .collect();
-    let spot = &steps[*draws.pick(&lit)].at;
+    let spot = &steps[*draws.pick(&illuminated)].at;
     let spot = (spot.c_deg, spot.gamma_deg);
     let width = draws.between(5.0, 10.0);
-    let from = lit[(draws.between(0.0, 0.85) * lit.len() as f64) as usize];
+    let from = illuminated[(draws.between(0.0, 0.85) * illuminated.len() as f64) as usize];
     let length = draws.between(25.0, 60.0) as usize;
     let each: Vec<f64> = steps.iter().map(|_| draws.normal()).collect();
     let nth = 3 + (draws.between(0.0, 11.0) as usize);
@@ -76,7 +76,12 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
     let direction = |i: usize| (steps[i].at.c_deg, steps[i].at.gamma_deg);
     // A patch of a few readings: at least six that the operator sees.
     let mut wide = width;
-    while lit.iter().filter(|&&i| apart(direction(i), spot) < wide).count() < 6 {
+    while illuminated
+        .iter()
+        .filter(|&&i| apart(direction(i), spot) < wide)
+        .count()
+        < 6
+    {
         wide *= 1.15;
     }
     let dwell = draws.between(8.0, 25.0);

@@ -102,10 +102,10 @@ pub fn sensor(name: &str, frames: &[Frame], bins: usize, clean: &[f64], draws: &
     );
     let width = draws.between(1.5, 4.0);
     let vertical = draws.sign() > 0.0;
-    let lit: Vec<usize> = (0..frames.len())
+    let illuminated: Vec<usize> = (0..frames.len())
         .filter(|&m| frames[m].pose.lamp && !frames[m].pose.capped && !frames[m].held_out)
         .collect();
-    let slipped = *draws.pick(&lit);
+    let slipped = *draws.pick(&illuminated);
     let cells = bins * bins;
     let mean = |m: usize| clean[m * cells..(m + 1) * cells].iter().sum::<f64>() / cells as f64;
     let mut result = Vec::with_capacity(clean.len());

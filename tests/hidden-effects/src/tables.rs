@@ -9,34 +9,34 @@ use crate::suite::{Answer, share, wilson};
 /// Who was hidden and what was said, single effects alone.
 #[derive(Debug, Default)]
 pub struct Confusion {
-    said: BTreeMap<String, BTreeMap<String, usize>>,
+    stated: BTreeMap<String, BTreeMap<String, usize>>,
 }
 
 impl Confusion {
     /// Counts one answer.
     pub fn add(&mut self, order: &Order, answer: &Answer) {
         let Some((truth, _)) = order.hidden.first() else { return };
-        let said = match answer.verdict.as_str() {
+        let stated = match answer.verdict.as_str() {
             "consistent" | "unexplained" => answer.verdict.clone(),
             _ => answer.effects[0].0.clone(),
         };
         *self
-            .said
+            .stated
             .entry((*truth).to_owned())
             .or_default()
-            .entry(said)
+            .entry(stated)
             .or_default() += 1;
     }
 
     /// One line a hidden effect: how often it was said itself, and what was said else.
     pub fn markdown(&self) -> String {
         let mut text = String::from("| hidden | cases | said itself | said else |\n|---|---|---|---|\n");
-        for (truth, said) in &self.said {
-            let all: usize = said.values().sum();
-            let mut others: Vec<(&String, &usize)> = said.iter().filter(|(name, _)| *name != truth).collect();
+        for (truth, stated) in &self.stated {
+            let all: usize = stated.values().sum();
+            let mut others: Vec<(&String, &usize)> = stated.iter().filter(|(name, _)| *name != truth).collect();
             others.sort_by(|a, b| b.1.cmp(a.1));
             let others: Vec<String> = others.iter().map(|(name, n)| format!("{name} {n}")).collect();
-            let own = said.get(truth).copied().unwrap_or(0);
+            let own = stated.get(truth).copied().unwrap_or(0);
             let _ = writeln!(text, "| {truth} | {all} | {own} | {} |", others.join(", "));
         }
         text

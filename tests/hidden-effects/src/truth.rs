@@ -15,7 +15,7 @@ pub struct Setting {
     pub values: Vec<(&'static str, f64)>,
 }
 
-/// A darkroom of one lamp at a point, without flaws, asymmetric by `ellipticity_rel`.
+/// A darkroom of one lamp at a point, without injected effects, asymmetric by `ellipticity_rel`.
 pub fn clean_room(ellipticity_rel: f64) -> Darkroom {
     let mut room = Darkroom::default();
     room.lamp.flux_spread_rel = 0.0;
@@ -31,7 +31,7 @@ pub fn clean_room(ellipticity_rel: f64) -> Darkroom {
 /// The room with these effects.
 ///
 /// # Panics
-/// Where the darkroom has no such flaw: a mistake in the recipes.
+/// Where the darkroom has no such injected effect: a mistake in the recipes.
 pub fn with_effects(mut room: Darkroom, effects: &[Setting]) -> Darkroom {
     for effect in effects {
         for &(key, value) in &effect.values {
@@ -43,7 +43,10 @@ pub fn with_effects(mut room: Darkroom, effects: &[Setting]) -> Darkroom {
                 }
                 ("near_field", "aim_deg") => room.lamp.aim_deg = value,
                 ("dead_sector", _) => {}
-                (name, key) => assert!(room.flaws.set(name, key, value), "the darkroom has no {name}.{key}"),
+                (name, key) => assert!(
+                    room.injected_effects.set(name, key, value),
+                    "the darkroom has no {name}.{key}"
+                ),
             }
         }
     }

@@ -78,8 +78,8 @@ fn slope(steps: &[Step], clean: &[f64], stays: &[usize], i: usize) -> f64 {
 pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Vec<f64> {
     let turn = std::f64::consts::TAU;
     let stays = stays(steps);
-    let lit: Vec<bool> = steps.iter().map(|step| step.at.kind == Kind::Lit).collect();
-    let on = |i: usize| f64::from(lit[i]);
+    let illuminated: Vec<bool> = steps.iter().map(|step| step.at.kind == Kind::Lit).collect();
+    let on = |i: usize| f64::from(illuminated[i]);
     let rises = |i: usize| slope(steps, clean, &stays, i) * steps[i].at.travel;
     let top = clean.iter().copied().fold(0.0, f64::max);
     let (first, last) = (steps[0].at.time_s, steps[steps.len() - 1].at.time_s);
@@ -116,7 +116,7 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
             let mut times = 0_u32;
             let mut stuck = Vec::with_capacity(steps.len());
             for i in all() {
-                if i > 0 && lit[i] && clean[i] > level && clean[i - 1] <= level {
+                if i > 0 && illuminated[i] && clean[i] > level && clean[i - 1] <= level {
                     times += 1;
                 }
                 stuck.push(times % 2 == 1);
@@ -186,7 +186,9 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
         // On some half-planes the motor loses steps: from there to the end of the stay γ is off.
         "lost_steps" => {
             let planes: Vec<usize> = (1..steps.len())
-                .filter(|&i| lit[i] && stays[i] != stays[i - 1] && steps[i].at.travel != 0.0 && !steps[i].held_out)
+                .filter(|&i| {
+                    illuminated[i] && stays[i] != stays[i - 1] && steps[i].at.travel != 0.0 && !steps[i].held_out
+                })
                 .collect();
             let mut off = vec![0.0; steps.len()];
             for _ in 0..4 {

@@ -16,12 +16,12 @@ fn room() -> VirtualRoom {
     choice.choose(Instrument::Luxmeter, "modbus-lux").unwrap();
     choice.choose(Instrument::Axes, "oriental-az").unwrap();
     let room = VirtualRoom::open_with(document, &choice);
-    let lit = Switches {
+    let illuminated = Switches {
         lamp: true,
         shutter_open: true,
         baffle_in: false,
     };
-    room.with_world(|world, now_s| world.set_switches(lit, now_s));
+    room.with_world(|world, now_s| world.set_switches(illuminated, now_s));
     room
 }
 
@@ -44,16 +44,16 @@ fn truth_lx(room: &VirtualRoom) -> f64 {
 }
 
 /// The number after `key` in what `modbus.py` prints.
-fn number(said: &str, key: &str) -> f64 {
-    let rest = said
+fn number(stated: &str, key: &str) -> f64 {
+    let rest = stated
         .split(&format!("\"{key}\": "))
         .nth(1)
-        .unwrap_or_else(|| panic!("{key}: {said}"));
+        .unwrap_or_else(|| panic!("{key}: {stated}"));
     let end = rest.find([',', '}']).unwrap();
     rest[..end].parse().unwrap()
 }
 
-async fn lit(room: &VirtualRoom) {
+async fn illuminated(room: &VirtualRoom) {
     // The lamp follows its switch, and the meter has a conversion of its light.
     let late = room.with_world(|world, _| world.room().document().lamp.switch_s);
     tokio::time::sleep(std::time::Duration::from_secs_f64(late + 1.5)).await;
@@ -62,26 +62,26 @@ async fn lit(room: &VirtualRoom) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pymodbus_reads_our_meter_in_both_frames() {
     let room = room();
-    lit(&room).await;
+    illuminated(&room).await;
     let (tcp, _serving) = served(&room, Instrument::Luxmeter, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Luxmeter, Offer::Pty).await;
     for place in [format!("tcp:{}", port(&tcp)), format!("rtu-tcp:{}", port(&tcp)), pty] {
-        let Some(said) = peers::pymodbus_says(&["read", &place]).await else {
+        let Some(stated) = peers::pymodbus_says(&["read", &place]).await else {
             return;
         };
         let truth = truth_lx(&room);
         assert!(
-            (number(&said, "thousandths") / 1000.0 - truth).abs() < 0.002 * truth + 0.001,
-            "{place}: {said} {truth}"
+            (number(&stated, "thousandths") / 1000.0 - truth).abs() < 0.002 * truth + 0.001,
+            "{place}: {stated} {truth}"
         );
         assert!(
-            (number(&said, "lx") - truth).abs() < 0.002 * truth + 0.6,
-            "{place}: {said} {truth}"
+            (number(&stated, "lx") - truth).abs() < 0.002 * truth + 0.6,
+            "{place}: {stated} {truth}"
         );
         assert_eq!(
-            (number(&said, "absent"), number(&said, "refused")),
+            (number(&stated, "absent"), number(&stated, "refused")),
             (2.0, 1.0),
-            "{said}"
+            "{stated}"
         );
     }
 }
@@ -89,20 +89,23 @@ async fn pymodbus_reads_our_meter_in_both_frames() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn mbpoll_reads_our_meter_in_both_frames() {
     let room = room();
-    lit(&room).await;
+    illuminated(&room).await;
     let (tcp, _serving) = served(&room, Instrument::Luxmeter, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Luxmeter, Offer::Pty).await;
     let words = ["-1", "-0", "-a", "1", "-r", "2", "-t", "4:int", "-B"];
     let network = ["-m", "tcp", "-p", port(&tcp), "127.0.0.1"];
     let line = ["-m", "rtu", "-b", "9600", "-P", "none", pty.as_str()];
     for way in [&network[..], &line[..]] {
-        let Some(said) = peers::mbpoll(&[&words[..], way].concat()).await else {
+        let Some(stated) = peers::mbpoll(&[&words[..], way].concat()).await else {
             return;
         };
         let truth = truth_lx(&room);
-        let shown = said.split("[2]:").nth(1).unwrap_or_else(|| panic!("{said}"));
+        let shown = stated.split("[2]:").nth(1).unwrap_or_else(|| panic!("{stated}"));
         let shown: f64 = shown.split_whitespace().next().unwrap().parse().unwrap();
-        assert!((shown / 1000.0 - truth).abs() < 0.002 * truth + 0.001, "{said} {truth}");
+        assert!(
+            (shown / 1000.0 - truth).abs() < 0.002 * truth + 0.001,
+            "{stated} {truth}"
+        );
     }
 }
 
@@ -118,14 +121,14 @@ async fn pymodbus_homes_and_moves_our_drives() {
         (pty, "1", AxisName::C, -5.0),
     ] {
         let target = (degrees * steps).round();
-        let Some(said) = peers::pymodbus_says(&["drive", &place, unit, &format!("{target:.0}")]).await else {
+        let Some(stated) = peers::pymodbus_says(&["drive", &place, unit, &format!("{target:.0}")]).await else {
             return;
         };
-        assert!(said.contains("\"homed\": true"), "{place}: {said}");
-        assert_eq!(number(&said, "command"), target, "{place}: {said}");
+        assert!(stated.contains("\"homed\": true"), "{place}: {stated}");
+        assert_eq!(number(&stated, "command"), target, "{place}: {stated}");
         // The encoder's noise.
-        assert!((number(&said, "detected") - target).abs() <= 3.0, "{place}: {said}");
-        assert_eq!(number(&said, "alarm"), 0.0, "{said}");
+        assert!((number(&stated, "detected") - target).abs() <= 3.0, "{place}: {stated}");
+        assert_eq!(number(&stated, "alarm"), 0.0, "{stated}");
         let is = room.with_world(|world, now_s| world.axis(name).position(now_s));
         assert!((is - target / steps).abs() < 1e-9, "{place}: {is}");
     }

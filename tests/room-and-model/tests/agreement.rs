@@ -21,20 +21,20 @@ fn darkroom() -> Darkroom {
     document.lamp.flux_spread_rel = 0.0;
     document.lamp.aim_spread_deg = 0.0;
     document.luxmeter.gain_error_rel = 0.0;
-    document.flaws.lamp_warmup.second_share = 0.0;
+    document.injected_effects.lamp_warmup.second_share = 0.0;
     document
 }
 
-fn flawed(mut document: Darkroom, effect: &str, keys: Keys<'_>) -> Room {
+fn disturbed(mut document: Darkroom, effect: &str, keys: Keys<'_>) -> Room {
     for (key, value) in keys {
-        // A lamp of rings is no flaw of the room: it is the lamp.
+        // A lamp of rings is no injected effect of the room: it is the lamp.
         match (effect, *key) {
             ("near_field", "radius_mm") => {
                 document.lamp.ring_diameter_mm = vec![2.0 * value];
                 document.lamp.leds_per_ring = vec![48];
             }
             ("near_field", "aim_deg") => document.lamp.aim_deg = *value,
-            _ => assert!(document.flaws.set(effect, key, *value), "{effect}.{key}"),
+            _ => assert!(document.injected_effects.set(effect, key, *value), "{effect}.{key}"),
         }
     }
     Room::new(document)
@@ -185,7 +185,8 @@ fn readings_change_alike_in_room_and_model() {
             0.15,
         ),
         ("polarization", &[("amplitude_rel", 0.01), ("azimuth_deg", 25.0)], 1e-6),
-        // A flat disc also averages cos³ε/d², which is a level and no shape: n + 3 against n of the lobe's curvature.
+        // A flat disc also averages cos³ε/d², which is a level and no shape: n + 3 against n of the lobe's
+        // curvature.
         ("detector_aperture", &[("diameter_mm", 60.0)], 0.45),
         ("spectral_mismatch", &[("factor", 1.01), ("slope_per_deg", 1e-4)], 0.01),
         ("air_absorption", &[("coefficient_per_m", 0.01)], 0.01),
@@ -193,7 +194,7 @@ fn readings_change_alike_in_room_and_model() {
     let mut report = String::new();
     let mut failed = false;
     for (name, keys, tolerance) in effects {
-        let room = flawed(darkroom(), name, keys);
+        let room = disturbed(darkroom(), name, keys);
         let base = if *name == "near_field" { &room } else { &clean_room };
         let after = model(&folder, base, Some((name, keys))).predict_readings(&at);
         let before = if *name == "near_field" {
@@ -331,7 +332,7 @@ fn maps_change_alike_in_room_and_model() {
     let mut report = String::new();
     let mut failed = false;
     for (name, keys, tolerance) in effects {
-        let room = flawed(darkroom(), name, keys);
+        let room = disturbed(darkroom(), name, keys);
         let model = model(&folder, &clean_room, Some((name, keys)));
         let (size, gap) = disagreement(
             &scale,
@@ -357,9 +358,9 @@ fn maps_change_alike_in_room_and_model() {
 
 #[test]
 fn every_effect_of_the_catalogue_is_a_switch_of_the_room() {
-    let flaws = isolux_darkroom::Flaws::default().values();
+    let injected_effects = isolux_darkroom::InjectedEffects::default().values();
     for effect in catalogue() {
-        // The lamp's rings and their lobe are [lamp], not a flaw.
+        // The lamp's rings and their lobe are [lamp], not an injected effect.
         if ["near_field", "beam_width"].contains(&effect.name) {
             continue;
         }
@@ -373,9 +374,9 @@ fn every_effect_of_the_catalogue_is_a_switch_of_the_room() {
                 continue;
             }
             assert!(
-                flaws
+                injected_effects
                     .iter()
-                    .any(|(flaw, key, _)| (*flaw, *key) == (effect.name, parameter.key)),
+                    .any(|(name, key, _)| (*name, *key) == (effect.name, parameter.key)),
                 "{}.{}",
                 effect.name,
                 parameter.key

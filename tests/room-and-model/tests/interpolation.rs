@@ -1,5 +1,5 @@
-//! What a model says between the directions of its file, against the light that the room's lamp gives there: the lamp of
-//! the built-in room, measured without error at the directions of a day's plan, in a file of EULUMDAT.
+//! What a model says between the directions of its file, against the light that the room's lamp gives there: the lamp
+//! of the built-in room, measured without error at the directions of a day's plan, in a file of EULUMDAT.
 
 use camino::Utf8PathBuf;
 use isolux_darkroom::{Darkroom, Room};
@@ -59,17 +59,17 @@ fn reading(c_deg: f64, gamma_deg: f64) -> ReadingCoordinates {
 /// Largest relative error of predicted readings where there is more than 1 % of the largest intensity.
 fn largest_error(model: &Model, room: &Room, at: impl Iterator<Item = (f64, f64)>) -> f64 {
     let least_cd = 0.01 * room.intensity_cd(0.0, 0.0);
-    let lit: Vec<(f64, f64)> = at
+    let illuminated: Vec<(f64, f64)> = at
         .filter(|(c, gamma)| room.intensity_cd(*c, *gamma) > least_cd)
         .collect();
-    assert!(lit.len() > 500, "{}", lit.len());
-    let readings: Vec<ReadingCoordinates> = lit.iter().map(|(c, gamma)| reading(*c, *gamma)).collect();
+    assert!(illuminated.len() > 500, "{}", illuminated.len());
+    let readings: Vec<ReadingCoordinates> = illuminated.iter().map(|(c, gamma)| reading(*c, *gamma)).collect();
     let predicted_lx = model.predict_readings(&readings);
     let error = |((c, gamma), lx): (&(f64, f64), &f64)| {
         let truth_lx = room.intensity_cd(*c, *gamma) / (DISTANCE_MM * DISTANCE_MM) * 1e6;
         (lx / truth_lx - 1.0).abs()
     };
-    lit.iter().zip(&predicted_lx).map(error).fold(0.0, f64::max)
+    illuminated.iter().zip(&predicted_lx).map(error).fold(0.0, f64::max)
 }
 
 fn between() -> impl Iterator<Item = (f64, f64)> {

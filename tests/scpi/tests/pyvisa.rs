@@ -37,12 +37,12 @@ fn port(address: &str) -> &str {
 
 /// What `scpi.py` says of the instrument at `place`; its failure as text.
 async fn pyvisa(what: &str, place: &str) -> Option<Result<Value, String>> {
-    let said = peers::python_says("scpi.py", &[what, place]).await?;
-    Some(said.and_then(|text| serde_json::from_str(&text).map_err(|error| format!("{error}: {text}"))))
+    let stated = peers::python_says("scpi.py", &[what, place]).await?;
+    Some(stated.and_then(|text| serde_json::from_str(&text).map_err(|error| format!("{error}: {text}"))))
 }
 
 /// What is wrong with what pyvisa read from the meter, if something is.
-fn meter_errors(room: &VirtualRoom, said: &Value) -> Vec<String> {
+fn meter_errors(room: &VirtualRoom, stated: &Value) -> Vec<String> {
     let truth = room.with_world(|world, now_s| world.electrical(now_s));
     let factor = truth.power_w / (truth.voltage_v * truth.current_a);
     let mut wrong = Vec::new();
@@ -56,12 +56,12 @@ fn meter_errors(room: &VirtualRoom, said: &Value) -> Vec<String> {
         ("undefined", json!([[-113, "Undefined header"], [0, "No error"]])),
         ("illegal", json!([[-224, "Illegal parameter value"], [0, "No error"]])),
     ] {
-        if said[key] != expected {
-            wrong.push(format!("{key}: {}", said[key]));
+        if stated[key] != expected {
+            wrong.push(format!("{key}: {}", stated[key]));
         }
     }
     let expected = [truth.voltage_v, truth.current_a, truth.power_w, factor];
-    let values: Vec<f64> = (said["values"].as_array().into_iter().flatten())
+    let values: Vec<f64> = (stated["values"].as_array().into_iter().flatten())
         .filter_map(Value::as_f64)
         .collect();
     // Five digits, and what the lamp drifts in the seconds between.
@@ -69,8 +69,8 @@ fn meter_errors(room: &VirtualRoom, said: &Value) -> Vec<String> {
     if values.len() != 4 || !values.iter().zip(expected).all(|(value, truth)| near(*value, truth)) {
         wrong.push(format!("values: {values:?} instead of {expected:?}"));
     }
-    if !said["one"].as_f64().is_some_and(|value| near(value, truth.power_w)) {
-        wrong.push(format!("one: {}", said["one"]));
+    if !stated["one"].as_f64().is_some_and(|value| near(value, truth.power_w)) {
+        wrong.push(format!("one: {}", stated["one"]));
     }
     wrong
 }
@@ -83,11 +83,11 @@ async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
     let (tcp, _serving) = served(&room, Instrument::Powermeter, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Powermeter, Offer::Pty).await;
     for place in [format!("tcp:{}", port(&tcp)), pty] {
-        let Some(said) = pyvisa("meter", &place).await else {
+        let Some(stated) = pyvisa("meter", &place).await else {
             return;
         };
-        let said = said.unwrap();
-        assert_eq!(meter_errors(&room, &said), Vec::<String>::new(), "{place}: {said}");
+        let stated = stated.unwrap();
+        assert_eq!(meter_errors(&room, &stated), Vec::<String>::new(), "{place}: {stated}");
     }
 }
 
@@ -97,17 +97,17 @@ async fn pyvisa_switches_our_supply_over_tcp_and_on_a_line() {
     let (tcp, _serving) = served(&room, Instrument::Supply, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Supply, Offer::Pty).await;
     for place in [format!("tcp:{}", port(&tcp)), pty] {
-        let Some(said) = pyvisa("supply", &place).await else {
+        let Some(stated) = pyvisa("supply", &place).await else {
             return;
         };
-        let mut said = said.unwrap();
-        said["empty"].take();
+        let mut stated = stated.unwrap();
+        stated["empty"].take();
         let expected = json!({
             "maker": "RIGOL TECHNOLOGIES", "model": "DP832", "serial": "DP8C000000001", "firmware": "00.01.14", "empty": null,
             "levels": [24.0, 0.35], "on": "ON", "volts": 24.0, "trips": "NO;NO",
             "illegal": [[-224, "Illegal parameter value"], [0, "No error"]], "off": "OFF",
         });
-        assert_eq!(said, expected, "{place}");
+        assert_eq!(stated, expected, "{place}");
         assert!(room.with_world(|world, _| !world.switches().lamp), "{place}");
     }
 }
@@ -160,10 +160,10 @@ async fn a_twin_that_answers_wrongly_is_found_out() {
         ("answer to *OPC?", b"1\r\n", b"0\r\n"),
     ] {
         let place = format!("tcp:{}", liar(&tcp, from, to).await);
-        let Some(said) = pyvisa("meter", &place).await else {
+        let Some(stated) = pyvisa("meter", &place).await else {
             return;
         };
-        let wrong = said.map_or_else(|failed| vec![failed], |said| meter_errors(&room, &said));
+        let wrong = stated.map_or_else(|failed| vec![failed], |stated| meter_errors(&room, &stated));
         assert_eq!(wrong.is_empty(), what == "nothing", "{what}: {wrong:?}");
     }
 }

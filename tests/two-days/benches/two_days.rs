@@ -1,10 +1,11 @@
 //! The table of the two days: `cargo bench -p isolux-two-days -- [readings|maps] [--faults LABEL,…] [--sigma 3|10|30]
-//! [--seed 1…5] [--grid equal|coarse|shifted] [--lamp ring|spot|oval] [--share 0.1] [--threads N] [--cases] [--write FOLDER]`.
+//! [--seed 1…5] [--grid equal|coarse|shifted] [--lamp ring|spot|oval] [--share 0.1] [--threads N] [--cases] [--write
+//! FOLDER]`.
 //!
-//! Every fault is hidden at 3, 10 and 30 σ above noise and the model's own uncertainty with five lamps, grids and kinds
-//! of lamps taking turns, then 200 days without a fault (`--faults none` alone). `--share` takes an even part of it.
-//! `--cases` prints a line for each case as it ends; `--write` keeps all files and prints the command that diagnoses a
-//! case by hand.
+//! Every fault is hidden at 3, 10 and 30 σ above noise and the model's own uncertainty with five lamps, grids and
+//! kinds of lamps taking turns, then 200 days without a fault (`--faults none` alone). `--share` takes an even part of
+//! it. `--cases` prints a line for each case as it ends; `--write` keeps all files and prints the command that
+//! diagnoses a case by hand.
 
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -20,7 +21,7 @@ use isolux_two_days::suite::{self, Wanted};
 use isolux_two_days::tables::report;
 
 /// What was asked for.
-struct Asked {
+struct Options {
     wanted: Wanted,
     cases: bool,
     write: Option<Utf8PathBuf>,
@@ -28,25 +29,25 @@ struct Asked {
 }
 
 fn main() -> ExitCode {
-    let asked = match asked(std::env::args().skip(1)) {
-        Ok(asked) => asked,
+    let requested = match requested(std::env::args().skip(1)) {
+        Ok(requested) => requested,
         Err(error) => {
             say(&error);
             return ExitCode::from(2);
         }
     };
-    let orders = suite::orders(&asked.wanted);
+    let orders = suite::orders(&requested.wanted);
     let temporary = tempfile::tempdir().expect("a temporary folder");
-    let root = match &asked.write {
+    let root = match &requested.write {
         Some(folder) => folder.clone(),
         None => Utf8PathBuf::try_from(temporary.path().to_owned()).expect("a UTF-8 path"),
     };
     let started = Instant::now();
     let done = |order: &Order, folder: &Utf8Path, outcome: &Result<Outcome, DayError>| {
-        if asked.cases || asked.write.is_some() {
+        if requested.cases || requested.write.is_some() {
             say(&line(order, outcome));
         }
-        if let (Some(_), Ok(Outcome::Answered(case))) = (&asked.write, outcome) {
+        if let (Some(_), Ok(Outcome::Answered(case))) = (&requested.write, outcome) {
             let observations = match order.kind {
                 Kind::Readings => folder.join("run"),
                 Kind::Maps => folder.join("maps.toml"),
@@ -61,13 +62,13 @@ fn main() -> ExitCode {
             ));
         }
     };
-    let played = suite::play_all(&orders, &root, asked.threads, asked.write.is_some(), done);
+    let played = suite::play_all(&orders, &root, requested.threads, requested.write.is_some(), done);
     say(&report(&played));
     say(&format!(
         "{} cases in {:.0} s on {} threads",
         orders.len(),
         started.elapsed().as_secs_f64(),
-        asked.threads
+        requested.threads
     ));
     ExitCode::SUCCESS
 }
@@ -87,8 +88,8 @@ fn say(text: &str) {
     let _ = writeln!(std::io::stdout().lock(), "{text}");
 }
 
-fn asked(mut words: impl Iterator<Item = String>) -> Result<Asked, String> {
-    let mut asked = Asked {
+fn requested(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
+    let mut requested = Options {
         wanted: Wanted::default(),
         cases: false,
         write: None,
@@ -96,7 +97,7 @@ fn asked(mut words: impl Iterator<Item = String>) -> Result<Asked, String> {
     };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} wants a value"));
-        let wanted = &mut asked.wanted;
+        let wanted = &mut requested.wanted;
         match word.as_str() {
             // What cargo gives every benchmark.
             "--bench" => {}
@@ -106,11 +107,11 @@ fn asked(mut words: impl Iterator<Item = String>) -> Result<Asked, String> {
             "--sigma" => wanted.sigma = Some(number(&word, &value()?)?),
             "--seed" => wanted.seed = Some(number(&word, &value()?)?),
             "--share" => wanted.share = Some(number(&word, &value()?)?),
-            "--threads" => asked.threads = number(&word, &value()?)?,
+            "--threads" => requested.threads = number(&word, &value()?)?,
             "--grid" => wanted.grid = Some(one_of(&word, &value()?, Grid::ALL, Grid::name)?),
             "--lamp" => wanted.lamp = Some(one_of(&word, &value()?, Lamp::ALL, Lamp::name)?),
-            "--cases" => asked.cases = true,
-            "--write" => asked.write = Some(value()?.into()),
+            "--cases" => requested.cases = true,
+            "--write" => requested.write = Some(value()?.into()),
             _ => {
                 return Err(format!(
                     "{word} is nothing that this program knows; its first lines say what it does"
@@ -118,7 +119,7 @@ fn asked(mut words: impl Iterator<Item = String>) -> Result<Asked, String> {
             }
         }
     }
-    Ok(asked)
+    Ok(requested)
 }
 
 fn number<T: std::str::FromStr>(word: &str, text: &str) -> Result<T, String> {

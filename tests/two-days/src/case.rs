@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::diagnosis::diagnose::{self, Answer};
+use isolux_app::diagnosis::diagnose::{self, DiagnosisResult};
 use isolux_app::files::Overwrite;
 use isolux_app::front_end::progress::Silent;
 use isolux_darkroom::Darkroom;
 use isolux_diagnose::assumed::Part;
 use isolux_diagnose::document::Document;
 use isolux_diagnose::observe::observed;
-use isolux_diagnose::table::{Row, Source};
+use isolux_diagnose::table::{ObservationKind, Row};
 use isolux_hidden_effects::random::Draws;
 use isolux_model::Model;
 use isolux_record::observation::{MapSet, Need, Observations, open};
@@ -64,7 +64,7 @@ pub struct Case {
     /// How strong the fault is in what was recorded, in σ; 0 without one.
     pub sigma: f64,
     /// The answer.
-    pub said: Said,
+    pub stated: StatedDiagnosis,
     /// The effect that comes nearest to the fault's change and is not it.
     pub look_alike: Option<LookAlike>,
     /// Share of the gap that is gone where nobody looked: 1 is what the first day's model leaves without the fault.
@@ -75,7 +75,7 @@ pub struct Case {
 
 /// The answer in the few words that the shares need.
 #[derive(Debug)]
-pub struct Said {
+pub struct StatedDiagnosis {
     /// `consistent`, `named`, `ambiguous`, `unexplained`.
     pub verdict: String,
     /// Every effect that was added: its name, the other names of its set, its probability.
@@ -86,7 +86,7 @@ pub struct Said {
     pub gap: [f64; 4],
 }
 
-impl Said {
+impl StatedDiagnosis {
     fn of(document: &Document) -> Self {
         let gap = &document.gap;
         let effects = document.effects.iter();
@@ -165,7 +165,7 @@ fn of_maps(maps: MapSet) -> Look {
     let rows = signal
         .iter()
         .zip(u)
-        .map(|(signal, u)| Row::bare(Source::Bin, *signal, *u))
+        .map(|(signal, u)| Row::bare(ObservationKind::Bin, *signal, *u))
         .collect();
     Look {
         places: Places::Maps(maps),
@@ -222,7 +222,7 @@ fn answered(
     };
     let (model_file, model) = model_of(days, &order)?;
     let out = folder.join("diagnosis");
-    let request = diagnose::Request {
+    let request = diagnose::DiagnoseRequest {
         model: model_file.as_ref().clone(),
         observations: vec![observations.clone()],
         out: out.clone(),
@@ -232,12 +232,12 @@ fn answered(
         overwrite: Overwrite::Never,
     };
     let started = Instant::now();
-    let Answer { document, .. } = diagnose::run(&request, &Silent)?;
+    let DiagnosisResult { document, .. } = diagnose::run(&request, &Silent)?;
     let seconds = started.elapsed().as_secs_f64();
     let mut case = Case {
         fault: fault.map_or_else(String::new, |(drawn, strength)| drawn.words(strength)),
         sigma: 0.0,
-        said: Said::of(&document),
+        stated: StatedDiagnosis::of(&document),
         look_alike: None,
         removed: None,
         seconds,
@@ -338,11 +338,11 @@ impl Case {
                 );
             }
         }
-        let _ = write!(text, " → {}", self.said.verdict);
-        for (name, others, posterior) in &self.said.effects {
+        let _ = write!(text, " → {}", self.stated.verdict);
+        for (name, others, posterior) in &self.stated.effects {
             let _ = write!(text, " {name} {posterior:.3} {others:?}");
         }
-        let [given, before, after, floor] = self.said.gap;
+        let [given, before, after, floor] = self.stated.gap;
         let _ = write!(text, "; gap {given:.2} | {before:.2} | {after:.2}, floor {floor:.2}");
         if let Some(nearest) = &self.look_alike {
             let _ = write!(text, "; nearest {} {:.1} σ", nearest.name, nearest.left);
@@ -350,7 +350,7 @@ impl Case {
         if let Some(removed) = self.removed {
             let _ = write!(text, "; removed {removed:.3}");
         }
-        let _ = write!(text, "; {:.2} s; {}", self.seconds, self.said.sentence);
+        let _ = write!(text, "; {:.2} s; {}", self.seconds, self.stated.sentence);
         text
     }
 }

@@ -9,7 +9,7 @@ use isolux_app::darkroom::capture::{self, CaptureUnit, Series};
 use isolux_app::files::Overwrite;
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::run::reduce;
@@ -72,7 +72,7 @@ impl Days {
             let folder = self.root.join(format!("first-{}-{seed}", lamp.name()));
             let room = lamp.room(seed, OTHER_DAY + seed);
             scan_in(&room, &room, &plans::first_day()?, false, &folder)?;
-            let reduced = reduce::run(&folder, &reduce::Request::default(), Overwrite::Never)?;
+            let reduced = reduce::run(&folder, &reduce::ReduceRequest::default(), Overwrite::Never)?;
             Ok(reduced.folder.join("luminaire.model.toml"))
         })
     }
@@ -140,7 +140,7 @@ fn scan_in(room: &Darkroom, known: &Darkroom, plan: &Plan, hasty: bool, folder: 
     let outlets = in_memory(&choice);
     let criterion = if hasty { HASTY } else { "" };
     let text = station(known, &outlets) + criterion;
-    let source = Source::from_text(&text, calibration(&Room::new(known.clone()), &outlets).as_deref())?;
+    let source = StationFiles::from_text(&text, calibration(&Room::new(known.clone()), &outlets).as_deref())?;
     session::run(true, async {
         let session = Session::in_room(room.clone(), &choice)?;
         let catalogue = Catalogue::new(session.links.clone());

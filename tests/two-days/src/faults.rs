@@ -1,5 +1,5 @@
-//! What can be wrong on the second day: every flaw of the room that readings or maps can show, some in two shapes, and
-//! changes of lamp and meter that the catalogue of effects has no name for.
+//! What can be wrong on the second day: every injected effect of the room that readings or maps can show, some in two
+//! shapes, and changes of lamp and meter that the catalogue of effects has no name for.
 
 use isolux_darkroom::Darkroom;
 use isolux_hidden_effects::random::Draws;
@@ -33,7 +33,7 @@ pub struct Fault {
 /// What a strength changes in the room.
 #[derive(Debug, Clone, Copy)]
 enum Change {
-    /// This key of the flaw of the fault's effect becomes larger by the strength.
+    /// This key of the injected effect of the fault's effect becomes larger by the strength.
     More(&'static str),
     /// That key is the strength.
     Is(&'static str),
@@ -85,12 +85,15 @@ impl Drawn {
     /// The room with the fault at this strength, above zero.
     ///
     /// # Panics
-    /// Where the room has no such flaw: a mistake in the tables below.
+    /// Where the room has no such injected effect: a mistake in the tables below.
     pub fn within(&self, mut room: Darkroom, strength: f64) -> Darkroom {
         let amount = self.sign * strength;
-        let flaw = self.fault.effect.unwrap_or_default();
+        let effect = self.fault.effect.unwrap_or_default();
         let mut set = |key: &'static str, value: f64| {
-            assert!(room.flaws.set(flaw, key, value), "the darkroom has no {flaw}.{key}");
+            assert!(
+                room.injected_effects.set(effect, key, value),
+                "the darkroom has no {effect}.{key}"
+            );
         };
         for &(key, value) in &self.extra {
             set(key, value);
@@ -99,12 +102,12 @@ impl Drawn {
             Change::Is(key) => set(key, amount),
             Change::Below(key, from) => set(key, from - amount),
             Change::More(key) => {
-                let values = room.flaws.values();
-                let before = values.iter().find(|(name, of, _)| (*name, *of) == (flaw, key));
+                let values = room.injected_effects.values();
+                let before = values.iter().find(|(name, of, _)| (*name, *of) == (effect, key));
                 let before = before.map_or(0.0, |(.., value)| *value);
                 assert!(
-                    room.flaws.set(flaw, key, before + amount),
-                    "the darkroom has no {flaw}.{key}"
+                    room.injected_effects.set(effect, key, before + amount),
+                    "the darkroom has no {effect}.{key}"
                 );
             }
             Change::MeterGain => room.luxmeter.gain_error_rel += amount,
@@ -132,8 +135,8 @@ impl Drawn {
 const AZIMUTH: (&str, Extra) = ("azimuth_deg", Between(0.0, 360.0));
 const PHASE: (&str, Extra) = ("phase_rad", Between(0.0, std::f64::consts::TAU));
 
-/// A flaw of the room; its label is the effect's name, with a word for its shape where there are several.
-const fn flaw(
+/// An injected effect of the room; its label is the effect's name, with a word for its shape where there are several.
+const fn fault(
     kind: Kind,
     label: &'static str,
     effect: &'static str,
@@ -153,13 +156,13 @@ const fn flaw(
     }
 }
 
-/// As [`flaw`], of readings, of either sign and without further values.
+/// As [`injected effect`], of readings, of either sign and without further values.
 const fn either(effect: &'static str, key: &'static str, plausible: f64) -> Fault {
-    flaw(Kind::Readings, effect, effect, Change::More(key), plausible, true, &[])
+    fault(Kind::Readings, effect, effect, Change::More(key), plausible, true, &[])
 }
 
 /// What the catalogue has no name for.
-const fn nameless(kind: Kind, label: &'static str, change: Change, plausible: f64) -> Fault {
+const fn outside_catalogue(kind: Kind, label: &'static str, change: Change, plausible: f64) -> Fault {
     Fault {
         label,
         kind,
@@ -176,7 +179,7 @@ use Kind::{Maps, Readings};
 
 /// All faults, those of readings first. Plausible strengths are those of the catalogue of effects.
 pub static FAULTS: &[Fault] = &[
-    flaw(
+    fault(
         Readings,
         "ambient_stray",
         "ambient_stray",
@@ -186,7 +189,7 @@ pub static FAULTS: &[Fault] = &[
         &[],
     ),
     either("dark_offset", "offset_lx", 1.5),
-    flaw(
+    fault(
         Readings,
         "floor_reflection",
         "floor_reflection",
@@ -197,7 +200,7 @@ pub static FAULTS: &[Fault] = &[
     ),
     either("distance_offset", "offset_mm", 20.0),
     either("axial_centre", "offset_mm", 30.0),
-    flaw(
+    fault(
         Readings,
         "lateral_centre",
         "lateral_centre",
@@ -206,11 +209,11 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    nameless(Readings, "wider_rings", Change::WiderRings, 0.9),
+    outside_catalogue(Readings, "wider_rings", Change::WiderRings, 0.9),
     either("gamma_zero", "offset_deg", 0.5),
     either("gamma_sag", "amplitude_deg", 0.3),
     either("c_zero", "offset_deg", 5.0),
-    flaw(
+    fault(
         Readings,
         "luminaire_tilt",
         "luminaire_tilt",
@@ -219,7 +222,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    flaw(
+    fault(
         Readings,
         "axis_nonperp",
         "axis_nonperp",
@@ -230,7 +233,7 @@ pub static FAULTS: &[Fault] = &[
     ),
     either("backlash", "width_deg", 0.3),
     either("nonlinearity", "inverse_scale_per_lx", 1e-3),
-    flaw(
+    fault(
         Readings,
         "range_step 1",
         "range_step",
@@ -239,7 +242,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[("range", Between(1.0, 1.0))],
     ),
-    flaw(
+    fault(
         Readings,
         "range_step 2",
         "range_step",
@@ -249,7 +252,7 @@ pub static FAULTS: &[Fault] = &[
         &[("range", Between(2.0, 2.0))],
     ),
     either("temp_coefficient", "coefficient_per_k", 0.01),
-    flaw(
+    fault(
         Readings,
         "lamp_warmup fast",
         "lamp_warmup",
@@ -258,7 +261,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[("time_constant_s", Decades(200.0, 500.0))],
     ),
-    flaw(
+    fault(
         Readings,
         "lamp_warmup slow",
         "lamp_warmup",
@@ -268,7 +271,7 @@ pub static FAULTS: &[Fault] = &[
         &[("time_constant_s", Decades(700.0, 1500.0))],
     ),
     either("lamp_drift", "rate_per_h", 0.02),
-    flaw(
+    fault(
         Readings,
         "flicker_alias fast",
         "flicker_alias",
@@ -277,7 +280,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[("period_s", Decades(11.0, 40.0)), PHASE],
     ),
-    flaw(
+    fault(
         Readings,
         "flicker_alias slow",
         "flicker_alias",
@@ -286,7 +289,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[("period_s", Decades(100.0, 600.0)), PHASE],
     ),
-    flaw(
+    fault(
         Readings,
         "dead_sector narrow",
         "dead_sector",
@@ -295,7 +298,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH, ("width_deg", Between(30.0, 60.0))],
     ),
-    flaw(
+    fault(
         Readings,
         "dead_sector wide",
         "dead_sector",
@@ -304,7 +307,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH, ("width_deg", Between(90.0, 140.0))],
     ),
-    flaw(
+    fault(
         Readings,
         "self_absorption narrow",
         "self_absorption",
@@ -317,7 +320,7 @@ pub static FAULTS: &[Fault] = &[
             ("width_deg", Between(12.0, 20.0)),
         ],
     ),
-    flaw(
+    fault(
         Readings,
         "self_absorption wide",
         "self_absorption",
@@ -330,7 +333,7 @@ pub static FAULTS: &[Fault] = &[
             ("width_deg", Between(30.0, 50.0)),
         ],
     ),
-    flaw(
+    fault(
         Readings,
         "polarization",
         "polarization",
@@ -339,7 +342,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[("azimuth_deg", Between(0.0, 180.0))],
     ),
-    flaw(
+    fault(
         Readings,
         "detector_aperture",
         "detector_aperture",
@@ -348,7 +351,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(
+    fault(
         Readings,
         "cosine_f2",
         "cosine_f2",
@@ -357,7 +360,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(
+    fault(
         Readings,
         "spectral_mismatch slope",
         "spectral_mismatch",
@@ -366,7 +369,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(
+    fault(
         Readings,
         "spectral_mismatch factor",
         "spectral_mismatch",
@@ -375,7 +378,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(
+    fault(
         Readings,
         "air_absorption",
         "air_absorption",
@@ -384,7 +387,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(
+    fault(
         Readings,
         "light_level of the meter",
         "light_level",
@@ -393,7 +396,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(
+    fault(
         Readings,
         "light_level of the lamp",
         "light_level",
@@ -402,8 +405,8 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(Readings, "wider_lobe", "beam_width", Change::WiderLobe, 0.1, true, &[]),
-    flaw(
+    fault(Readings, "wider_lobe", "beam_width", Change::WiderLobe, 0.1, true, &[]),
+    fault(
         Maps,
         "ambient_light",
         "ambient_light",
@@ -412,9 +415,9 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(Maps, "dark_offset", "dark_offset", More("offset_rel"), 0.01, true, &[]),
-    flaw(Maps, "near_field", "near_field", Change::WiderRings, 0.9, true, &[]),
-    flaw(
+    fault(Maps, "dark_offset", "dark_offset", More("offset_rel"), 0.01, true, &[]),
+    fault(Maps, "near_field", "near_field", Change::WiderRings, 0.9, true, &[]),
+    fault(
         Maps,
         "nonlinearity",
         "nonlinearity",
@@ -423,7 +426,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(
+    fault(
         Maps,
         "stage_lateral",
         "stage_lateral",
@@ -432,8 +435,8 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    flaw(Maps, "sensor_axial", "sensor_axial", Is("offset_mm"), 3.0, true, &[]),
-    flaw(
+    fault(Maps, "sensor_axial", "sensor_axial", Is("offset_mm"), 3.0, true, &[]),
+    fault(
         Maps,
         "sensor_tilt",
         "sensor_tilt",
@@ -442,7 +445,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    flaw(
+    fault(
         Maps,
         "source_tilt",
         "source_tilt",
@@ -451,8 +454,8 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    flaw(Maps, "cover_glass", "cover_glass", Is("plates"), 4.0, false, &[]),
-    flaw(
+    fault(Maps, "cover_glass", "cover_glass", Is("plates"), 4.0, false, &[]),
+    fault(
         Maps,
         "pixel_angular",
         "pixel_angular",
@@ -461,7 +464,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(
+    fault(
         Maps,
         "vignetting",
         "vignetting",
@@ -470,7 +473,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(
+    fault(
         Maps,
         "prnu_gradient",
         "prnu_gradient",
@@ -479,7 +482,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    flaw(
+    fault(
         Maps,
         "flicker_banding fine",
         "flicker_banding",
@@ -488,7 +491,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[("period_mm", Decades(3.0, 6.0)), PHASE],
     ),
-    flaw(
+    fault(
         Maps,
         "flicker_banding coarse",
         "flicker_banding",
@@ -497,7 +500,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[("period_mm", Decades(9.0, 20.0)), PHASE],
     ),
-    flaw(
+    fault(
         Maps,
         "ghost narrow",
         "ghost",
@@ -510,7 +513,7 @@ pub static FAULTS: &[Fault] = &[
             ("width_mm", Between(1.5, 2.5)),
         ],
     ),
-    flaw(
+    fault(
         Maps,
         "ghost wide",
         "ghost",
@@ -523,7 +526,7 @@ pub static FAULTS: &[Fault] = &[
             ("width_mm", Between(3.5, 5.0)),
         ],
     ),
-    flaw(
+    fault(
         Maps,
         "exposure_offset",
         "exposure_offset",
@@ -532,7 +535,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    flaw(
+    fault(
         Maps,
         "saturation",
         "saturation",
@@ -541,9 +544,9 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(Maps, "quantization", "quantization", Is("step_rel"), 0.02, false, &[]),
-    flaw(Maps, "crosstalk", "crosstalk", Is("width_px"), 3.0, false, &[]),
-    flaw(
+    fault(Maps, "quantization", "quantization", Is("step_rel"), 0.02, false, &[]),
+    fault(Maps, "crosstalk", "crosstalk", Is("width_px"), 3.0, false, &[]),
+    fault(
         Maps,
         "air_absorption",
         "air_absorption",
@@ -552,7 +555,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    flaw(
+    fault(
         Maps,
         "dead_sector",
         "dead_sector",

@@ -34,8 +34,9 @@ impl Lamp {
     pub fn room(self, seed: u64, day: u64) -> Darkroom {
         let mut room = Darkroom::built_in().expect("the built-in room is a room");
         room.seed = day;
-        // The camera of the built-in room has a dark offset that no maps of it agree with: a day without a fault has none.
-        room.flaws.dark_offset.offset_rel = 0.0;
+        // The camera of the built-in room has a dark offset that no maps of it agree with: a day without a fault has
+        // none.
+        room.injected_effects.dark_offset.offset_rel = 0.0;
         let lamp = &mut room.lamp;
         lamp.seed = seed;
         match self {
@@ -57,8 +58,8 @@ impl Lamp {
                 lamp.aim_spread_deg = 1.0;
             }
         }
-        // The camera is set so that none of the maps of a day reaches its full scale: bins that do are left out by their
-        // noisy value, and what is left of their neighbours looks like a sensor that saturates.
+        // The camera is set so that none of the maps of a day reaches its full scale: bins that do are left out by
+        // their noisy value, and what is left of their neighbours looks like a sensor that saturates.
         if self != Self::Ring {
             room.camera.full_scale_lx = 1.0;
             let brightest = brightest(&Room::new(room.clone()));

@@ -35,7 +35,7 @@ impl Grid {
     /// # Errors
     /// Never for these plans.
     pub fn plan(self) -> Result<Plan, Failure> {
-        let lit = match self {
+        let illuminated = match self {
             Self::Equal => {
                 "c_range = [0, 360, 45]\ngamma_range = [0, 80, 4]\nreference_every = 42\ndistance_mm = 3700.0\n\
                  [[block]]\nname = \"signed\"\nkind = \"lit\"\nc_deg = [0, 90]\ngamma_range = [-80, 80, 8]\n\
@@ -46,8 +46,9 @@ impl Grid {
                 "c_range = [7.5, 322.5, 45]\ngamma_range = [0, 80, 5]\norder = \"both\"\nreference_every = 34\n"
             }
         };
-        let text =
-            format!("{HEAD}[[block]]\nname = \"distribution\"\nkind = \"lit\"\n{lit}distance_mm = 3700.0\n{TAIL}");
+        let text = format!(
+            "{HEAD}[[block]]\nname = \"distribution\"\nkind = \"lit\"\n{illuminated}distance_mm = 3700.0\n{TAIL}"
+        );
         Plan::parse(Utf8Path::new("second day"), &text).map_err(Failure::bad_input)
     }
 }

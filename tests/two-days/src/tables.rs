@@ -14,7 +14,7 @@ use crate::suite::SIGMAS;
 const SURE: f64 = 0.95;
 
 /// One share that is asked for.
-struct Asked {
+struct Share {
     what: &'static str,
     wanted: &'static str,
     /// Whether a case counts, and whether it is a hit.
@@ -27,38 +27,38 @@ fn sigma(case: &Case) -> f64 {
 
 /// Whether the truth is among the names of an answer.
 fn holds(case: &Case, truth: &str) -> bool {
-    let mut effects = case.said.effects.iter();
+    let mut effects = case.stated.effects.iter();
     effects.any(|(name, others, _)| name == truth || others.iter().any(|other| other == truth))
 }
 
 fn alone_and_right(case: &Case) -> Option<bool> {
     let truth = case.truth().filter(|_| case.separable())?;
-    let [(name, others, _)] = case.said.effects.as_slice() else {
+    let [(name, others, _)] = case.stated.effects.as_slice() else {
         return Some(false);
     };
-    Some(case.said.verdict == "named" && name == truth && others.is_empty())
+    Some(case.stated.verdict == "named" && name == truth && others.is_empty())
 }
 
 /// Whether an answer is sure of a name that is not the truth.
 fn sure_and_wrong(case: &Case) -> bool {
     let sure =
-        |others: &[String], posterior: f64| posterior > SURE || case.said.verdict == "named" && others.is_empty();
-    let mut effects = case.said.effects.iter();
+        |others: &[String], posterior: f64| posterior > SURE || case.stated.verdict == "named" && others.is_empty();
+    let mut effects = case.stated.effects.iter();
     effects.any(|(name, others, posterior)| sure(others, *posterior) && Some(name.as_str()) != case.truth())
 }
 
-const ASKED: [Asked; 9] = [
-    Asked {
+const SHARES: [Share; 9] = [
+    Share {
         what: "no fault: a disagreement reported",
         wanted: "≤ 2 %",
-        of: |case| case.order.fault.is_none().then(|| case.said.verdict != "consistent"),
+        of: |case| case.order.fault.is_none().then(|| case.stated.verdict != "consistent"),
     },
-    Asked {
+    Share {
         what: "10 and 30 σ: called consistent",
         wanted: "0",
-        of: |case| (sigma(case) >= 10.0).then(|| case.said.verdict == "consistent"),
+        of: |case| (sigma(case) >= 10.0).then(|| case.stated.verdict == "consistent"),
     },
-    Asked {
+    Share {
         what: "10 and 30 σ: truth in the 95 % set",
         wanted: "≥ 97 %",
         of: |case| {
@@ -67,22 +67,22 @@ const ASKED: [Asked; 9] = [
                 .map(|truth| holds(case, truth))
         },
     },
-    Asked {
+    Share {
         what: "10 σ, separable: named alone and right",
         wanted: "≥ 85 %",
         of: |case| alone_and_right(case).filter(|_| sigma(case) == 10.0),
     },
-    Asked {
+    Share {
         what: "30 σ, separable: named alone and right",
         wanted: "≥ 95 %",
         of: |case| alone_and_right(case).filter(|_| sigma(case) == 30.0),
     },
-    Asked {
+    Share {
         what: "all: sure and wrong",
         wanted: "≤ 1 %",
         of: |case| Some(sure_and_wrong(case)),
     },
-    Asked {
+    Share {
         what: "30 σ: 95 % of the gap gone where nobody looked",
         wanted: "all",
         of: |case| {
@@ -91,12 +91,12 @@ const ASKED: [Asked; 9] = [
                 .map(|removed| removed >= 0.95)
         },
     },
-    Asked {
+    Share {
         what: "3 σ: a disagreement reported",
         wanted: "",
-        of: |case| (sigma(case) == 3.0).then(|| case.said.verdict != "consistent"),
+        of: |case| (sigma(case) == 3.0).then(|| case.stated.verdict != "consistent"),
     },
-    Asked {
+    Share {
         what: "10 and 30 σ: the plan can separate it",
         wanted: "",
         of: |case| (case.truth().is_some() && sigma(case) >= 10.0).then(|| case.separable()),
@@ -151,13 +151,13 @@ fn shares(cases: &[&Case]) -> String {
         heads.join(" | "),
         "---|".repeat(heads.len())
     );
-    for asked in &ASKED {
-        let _ = write!(text, "| {} | {} |", asked.what, asked.wanted);
+    for requested in &SHARES {
+        let _ = write!(text, "| {} | {} |", requested.what, requested.wanted);
         for (_, of) in &columns {
             let judged: Vec<bool> = cases
                 .iter()
                 .filter(|case| of(case))
-                .filter_map(|case| (asked.of)(case))
+                .filter_map(|case| (requested.of)(case))
                 .collect();
             let hits = judged.iter().filter(|hit| **hit).count();
             let _ = match judged.len() {
@@ -202,10 +202,10 @@ fn shares(cases: &[&Case]) -> String {
     text
 }
 
-/// Fault by fault what was said, at each strength: a name alone, a name with the size of its set (∋ where the truth is
-/// in it), or a verdict.
+/// Fault by fault what was said, at each strength: a name alone, a name with the size of its set (∋ where the truth
+/// is in it), or a verdict.
 fn confusion(cases: &[&Case], kind: Kind) -> String {
-    let mut said: BTreeMap<&str, [BTreeMap<String, usize>; SIGMAS.len()]> = BTreeMap::new();
+    let mut stated: BTreeMap<&str, [BTreeMap<String, usize>; SIGMAS.len()]> = BTreeMap::new();
     let mut faultless: BTreeMap<String, usize> = BTreeMap::new();
     for case in cases.iter().filter(|case| case.order.kind == kind) {
         let words = words(case);
@@ -213,11 +213,11 @@ fn confusion(cases: &[&Case], kind: Kind) -> String {
             None => *faultless.entry(words).or_default() += 1,
             Some((fault, sigma)) => {
                 let step = SIGMAS.iter().position(|of| *of == sigma).unwrap_or(0);
-                *said.entry(fault.label).or_default()[step].entry(words).or_default() += 1;
+                *stated.entry(fault.label).or_default()[step].entry(words).or_default() += 1;
             }
         }
     }
-    if said.is_empty() && faultless.is_empty() {
+    if stated.is_empty() && faultless.is_empty() {
         return String::new();
     }
     let cell = |counts: &BTreeMap<String, usize>| {
@@ -227,7 +227,7 @@ fn confusion(cases: &[&Case], kind: Kind) -> String {
         words.join(", ")
     };
     let mut text = format!("{kind:?}\n\n| fault | 3 σ | 10 σ | 30 σ |\n|---|---|---|---|\n");
-    for (label, steps) in &said {
+    for (label, steps) in &stated {
         let cells: Vec<String> = steps.iter().map(cell).collect();
         let _ = writeln!(text, "| {label} | {} |", cells.join(" | "));
     }
@@ -238,15 +238,15 @@ fn confusion(cases: &[&Case], kind: Kind) -> String {
 }
 
 fn words(case: &Case) -> String {
-    let Some((name, others, _)) = case.said.effects.first() else {
-        return case.said.verdict.clone();
+    let Some((name, others, _)) = case.stated.effects.first() else {
+        return case.stated.verdict.clone();
     };
     let mark = match case.truth() {
         Some(truth) if name == truth => "✓",
         Some(truth) if holds(case, truth) => "∋",
         _ => "",
     };
-    let rest = case.said.effects.len() - 1;
+    let rest = case.stated.effects.len() - 1;
     let further = if rest > 0 {
         format!(" and {rest} more")
     } else {
@@ -257,7 +257,7 @@ fn words(case: &Case) -> String {
     } else {
         format!(" of {}", 1 + others.len())
     };
-    let beside = if case.said.verdict == "unexplained" {
+    let beside = if case.stated.verdict == "unexplained" {
         "unexplained beside "
     } else {
         ""

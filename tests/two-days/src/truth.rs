@@ -40,13 +40,13 @@ impl Places {
         values.iter().map(|value| (rel * value).hypot(floor)).collect()
     }
 
-    /// Places beside these where nobody looked: half-planes and γ between those that were read; maps at other distances
-    /// and tilts.
+    /// Places beside these where nobody looked: half-planes and γ between those that were read; maps at other
+    /// distances and tilts.
     #[must_use]
     pub fn kept_back(&self) -> Self {
         match self {
             Self::Readings(readings) => {
-                let lit = readings
+                let illuminated = readings
                     .iter()
                     .filter(|at| at.kind == ReadingKind::Lit && at.gamma_deg.abs() < 78.0);
                 let beside = |at: &ReadingCoordinates| ReadingCoordinates {
@@ -54,15 +54,15 @@ impl Places {
                     gamma_deg: at.gamma_deg + 1.7,
                     ..*at
                 };
-                Self::Readings(lit.map(beside).collect())
+                Self::Readings(illuminated.map(beside).collect())
             }
             Self::Maps(maps) => {
-                let lit = &maps.maps()[0];
+                let illuminated = &maps.maps()[0];
                 let at = |distance_mm: f64, tilt_x_deg: f64| observation::MapPose {
                     distance_mm,
                     tilt_x_deg,
                     exposure: (distance_mm / 500.0).powi(2),
-                    ..lit.clone()
+                    ..illuminated.clone()
                 };
                 // Never none: there are two poses.
                 Self::Maps(

@@ -38,13 +38,13 @@ fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
     for (order, outcome) in &played {
         match outcome {
             Ok(Outcome::Answered(case)) if order.fault.is_none() => {
-                assert_eq!(case.said.verdict, "consistent", "{}", case.line());
+                assert_eq!(case.stated.verdict, "consistent", "{}", case.line());
             }
             Ok(Outcome::Answered(case)) => {
                 let (_, wanted) = order.fault.unwrap();
                 assert!((case.sigma / wanted - 1.0).abs() < 0.1, "{}", case.line());
                 // What every value shows: the model's own uncertainty takes away, and so does what is refitted.
-                assert!(case.said.gap[0] > 1.0, "{}", case.line());
+                assert!(case.stated.gap[0] > 1.0, "{}", case.line());
                 // Steps of 1.4 times the noise, at a level that is known to ten steps.
                 if order.fault.is_some_and(|(fault, _)| fault.label == "quantization") {
                     assert!(case.line().contains("named quantization"), "{}", case.line());

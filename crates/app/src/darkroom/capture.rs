@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use camino::Utf8Path;
 use isolux_darkroom::camera::Unit;
 use isolux_darkroom::{Darkroom, Room, SensorFrame};
-use isolux_record::document::{Source, read_text};
+use isolux_record::document::{SourceText, read_text};
 use isolux_units::digits::shortest;
 
 pub use shots::{CaptureUnit, Options, Series};
@@ -127,7 +127,7 @@ pub fn document(path: &Utf8Path, progress: &dyn Progress) -> Result<Darkroom, Fa
     let (file, text) = (path, text.as_str());
     let folder = path.parent().unwrap_or(Utf8Path::new(""));
     let beside = |name: &str| read_text(&folder.join(name)).map_err(|error| error.to_string());
-    let (room, completed) = Darkroom::complete(Source { file, text }, &beside).map_err(Failure::bad_input)?;
+    let (room, completed) = Darkroom::complete(SourceText { file, text }, &beside).map_err(Failure::bad_input)?;
     if !completed.is_empty() {
         progress.event(Event::Note(&format!("{path}: {completed}")));
     }
@@ -189,7 +189,7 @@ mod tests {
     const SCENE: &str = "format = \"isolux-scene/1\"\nmodel = \"ring.model.toml\"\n[sensor]\nsize_mm = [24.576, 24.576]\n\
                          pixels = [2048, 2048]\ndistance_mm = 500.0\n";
 
-    fn asked() -> Options {
+    fn requested() -> Options {
         Options {
             unit: CaptureUnit::Lux,
             bins: Some([6, 4]),
@@ -219,15 +219,18 @@ mod tests {
 
     #[test]
     fn a_scene_becomes_maps_that_read_back() {
-        let (_keep, path) = folder(SCENE, "seed = 3\n[flaws]\nonly = true\n");
-        let captured = run(&path, "scene.toml", "maps.toml", &asked()).unwrap();
+        let (_keep, path) = folder(SCENE, "seed = 3\n[injected_effects]\nonly = true\n");
+        let captured = run(&path, "scene.toml", "maps.toml", &requested()).unwrap();
         assert_eq!(captured.maps.len(), 9);
         assert!((captured.mean[0] - 1330.0).abs() < 20.0, "{:?}", captured.mean);
         let maps = MapSet::open(&path.join("maps.toml"), Need::Values).unwrap();
         assert_eq!(maps.cells().len(), 9 * 24);
         assert_eq!(maps.maps()[3].distance_mm, 150.0);
         // The poses of a maps.toml can be taken again; the same room gives the same bytes.
-        let again = Options { bins: None, ..asked() };
+        let again = Options {
+            bins: None,
+            ..requested()
+        };
         run(&path, "maps.toml", "again.toml", &again).unwrap();
         let named = std::fs::read_to_string(path.join("maps.toml")).unwrap();
         std::fs::write(path.join("named.toml"), named.replace("\"full\"", "\"x,y\"")).unwrap();
@@ -237,7 +240,7 @@ mod tests {
         let bytes = |name: &str| std::fs::read(path.join(name)).unwrap();
         assert_eq!(bytes("maps.csv"), bytes("again.csv"));
         assert!(
-            run(&path, "scene.toml", "maps.toml", &asked()).is_err(),
+            run(&path, "scene.toml", "maps.toml", &requested()).is_err(),
             "nothing is overwritten"
         );
     }
@@ -250,7 +253,7 @@ mod tests {
             (SCENE.to_owned(), "[lamp]\nflux = 1.0\n".to_owned(), "darkroom.toml:2"),
         ] {
             let (_keep, path) = folder(&scene, &darkroom);
-            let failure = run(&path, "scene.toml", "maps.toml", &asked()).unwrap_err();
+            let failure = run(&path, "scene.toml", "maps.toml", &requested()).unwrap_err();
             assert_eq!(failure.kind, crate::FailureKind::BadInput);
             assert!(failure.message.contains(words), "{}", failure.message);
             assert!(!path.join("maps.toml").exists() && !path.join("maps.csv").exists());

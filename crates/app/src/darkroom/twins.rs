@@ -118,12 +118,12 @@ pub fn serve(
             Twins::LuxMeter | Twins::Spectroradiometer | Twins::PowerMeter
         ) {
             // Nobody is there to switch the lamp on.
-            let lit = Switches {
+            let illuminated = Switches {
                 lamp: true,
                 shutter_open: true,
                 baffle_in: false,
             };
-            room.with_world(|world, now_s| world.set_switches(lit, now_s));
+            room.with_world(|world, now_s| world.set_switches(illuminated, now_s));
         }
         let (usb, mut attach) = match options.usbip_port {
             Some(port) => {
@@ -171,8 +171,8 @@ pub fn serve(
 }
 
 /// Carries out the faults that come on standard input where they are asked for; never ends, whatever comes there.
-async fn orders(room: &VirtualRoom, asked: bool, progress: &dyn Progress) {
-    if asked {
+async fn orders(room: &VirtualRoom, requested: bool, progress: &dyn Progress) {
+    if requested {
         let (sender, mut lines) = tokio::sync::mpsc::unbounded_channel();
         // A thread of its own, which the end of the process ends: nothing can wake it from reading.
         std::thread::spawn(move || {
@@ -188,12 +188,12 @@ async fn orders(room: &VirtualRoom, asked: bool, progress: &dyn Progress) {
             if line.is_empty() || line.starts_with('#') {
                 continue;
             }
-            let said = match line.parse::<Order>() {
+            let stated = match line.parse::<Order>() {
                 Ok(order) if room.order(&order) => format!("{:.1} s: {line}", room.now_s()),
                 Ok(_) => format!("{line}: this room has no such instrument"),
                 Err(error) => error.to_string(),
             };
-            progress.event(Event::Note(&said));
+            progress.event(Event::Note(&stated));
         }
     }
     std::future::pending::<()>().await;
@@ -298,7 +298,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
         let (darkroom, out) = (path.join("darkroom.toml"), path.join("station.toml"));
-        std::fs::write(&darkroom, "[flaws]\ngamma_zero = { offset_deg = 0.2 }\n").unwrap();
+        std::fs::write(&darkroom, "[injected_effects]\ngamma_zero = { offset_deg = 0.2 }\n").unwrap();
         write_in_memory(
             Some(&darkroom),
             &Instruments::default(),

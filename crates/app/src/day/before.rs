@@ -28,11 +28,11 @@ pub(super) fn check(job: &Job, scanned: Option<&Utf8Path>, attended: bool) -> Re
     };
     let model = stand_in(job, &station, &plan)?;
     let scene = scene::lit_by(job.scene(), &model)?;
-    simulate::rehearse(&scene).map_err(|failure| Failure {
+    simulate::check_feasibility(&scene).map_err(|failure| Failure {
         message: format!("{}: {}", job.scene(), failure.message),
         ..failure
     })?;
-    if let Some(request) = super::asked::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
+    if let Some(request) = super::requested::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
         diagnose::check(&request)?;
     }
     Ok(())
@@ -40,7 +40,7 @@ pub(super) fn check(job: &Job, scanned: Option<&Utf8Path>, attended: bool) -> Re
 
 /// A model like the one that the day will make: the plan's directions, and a spectrum where the plan takes one.
 fn stand_in(job: &Job, station: &Station, plan: &Plan) -> Result<Model, Failure> {
-    let distribution = isolux_reduce::rehearse(plan, station)
+    let distribution = isolux_reduce::check_feasibility(plan, station)
         .map_err(|failure| Failure::bad_input(format!("{}: {}", job.plan(), failure)))?;
     let takes_spectrum = plan
         .blocks()

@@ -3,11 +3,11 @@
 //! Without a job it plays in the built-in virtual darkroom, in virtual time. The run directory is the day's folder;
 //! what follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
 
-mod asked;
 mod before;
 mod kept;
 mod light;
 mod report;
+mod requested;
 mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
@@ -77,11 +77,11 @@ pub fn run(
     };
     let job = match &options.job {
         Some(file) => Some(Job::load(file).map_err(Failure::bad_input)?),
-        None if options.resume => asked::kept(&folder)?,
+        None if options.resume => requested::kept(&folder)?,
         None => None,
     };
     let plan = if options.resume && job.is_none() {
-        asked::built_in_plan(&folder)?.unwrap_or(options.plan)
+        requested::built_in_plan(&folder)?.unwrap_or(options.plan)
     } else {
         options.plan
     };
@@ -107,7 +107,7 @@ pub fn run(
     if let Some(job) = &job {
         before::check(job, scanned.then_some(folder.as_path()), operator.is_some())?;
     }
-    let scan = |source: &bench::Source, plan: &Plan, progress: &dyn Progress| {
+    let scan = |source: &bench::StationFiles, plan: &Plan, progress: &dyn Progress| {
         let job = ScanJob {
             source,
             plan,
@@ -121,11 +121,11 @@ pub fn run(
             .map_err(|failure| go_on(failure, options.job.as_deref(), &folder))
     };
     match &job {
-        Some(job) if scanned => asked::keep(&folder, job)?,
+        Some(job) if scanned => requested::keep(&folder, job)?,
         None if scanned => {}
         Some(job) => {
             let (source, plan, _) = scan::checked(job.station(), job.plan(), operator.is_some())?;
-            let keeping = asked::JobRecorder::new(&folder, job, progress);
+            let keeping = requested::JobRecorder::new(&folder, job, progress);
             scan(&source, &plan, &keeping)?;
             keeping.end()?;
         }
@@ -150,7 +150,7 @@ pub fn run(
     .map_err(|failure| resume_with_reason(failure, options.job.as_deref(), &folder))
 }
 
-/// The failure of the gate with the command that accepts it.
+/// The failure of the acceptance check with the command that accepts the record.
 fn resume_with_reason(mut failure: Failure, job: Option<&Utf8Path>, folder: &Utf8Path) -> Failure {
     let job = job.map_or_else(String::new, |job| format!("{job} "));
     failure.help = failure.help.map(|help| {
@@ -187,10 +187,10 @@ fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
 }
 
 /// The built-in virtual darkroom, and a plan for it.
-fn built_in(plan: DayPlan) -> Result<(bench::Source, Plan), Failure> {
+fn built_in(plan: DayPlan) -> Result<(bench::StationFiles, Plan), Failure> {
     let (station, calibration) = init::virtual_station(&Choice::default())?;
     Ok((
-        bench::Source::from_text(&station, calibration.as_deref())?,
+        bench::StationFiles::from_text(&station, calibration.as_deref())?,
         plan.plan()?,
     ))
 }
@@ -208,10 +208,10 @@ fn finish(
         step: "reduce",
         total: None,
     });
-    let request = reduce::Request {
+    let request = reduce::ReduceRequest {
         accept_drift,
         subject: job.map(Job::subject),
-        ..reduce::Request::default()
+        ..reduce::ReduceRequest::default()
     };
     let reduced = reduce::run(folder, &request, overwrite)?;
     progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
@@ -229,8 +229,9 @@ fn finish(
     })?;
 
     let model = results.join("luminaire.model.toml");
-    let wanted = job.and_then(|job| asked::diagnosis(job, &results, overwrite));
-    let request = wanted.unwrap_or_else(|| asked::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    let wanted = job.and_then(|job| requested::diagnosis(job, &results, overwrite));
+    let request =
+        wanted.unwrap_or_else(|| requested::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
     // The report does not wait for a diagnosis that fails: nothing else of it follows from that.
     let diagnosed = kept::step("diagnose", &results, || {
         diagnosed(&request, &results, overwrite, progress)
@@ -262,7 +263,7 @@ fn finish(
 /// What the diagnosis of the day says; none for a record of which every reading made the distribution, which has none
 /// that could check it.
 fn diagnosed(
-    request: &diagnose::Request,
+    request: &diagnose::DiagnoseRequest,
     results: &Utf8Path,
     overwrite: Overwrite,
     progress: &dyn Progress,

@@ -6,16 +6,16 @@ use isolux_report::day::document;
 use isolux_report::document::Document;
 
 use super::light::light;
-use super::{asked, stored};
+use super::{requested, stored};
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 use crate::run::{record, reduce};
 
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
-/// page or as PDF; without `out` beside those results. `job` is that of a day that does not hold its own. The report of a
-/// scan that is not finished has `partial` in its name, which is returned. A page among the results takes the PDF there
-/// with it (`renew_paper`).
+/// page or as PDF; without `out` beside those results. `job` is that of a day that does not hold its own. The report
+/// of a scan that is not finished has `partial` in its name, which is returned. A page among the results takes the PDF
+/// there with it (`renew_paper`).
 ///
 /// # Errors
 /// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
@@ -29,11 +29,11 @@ pub fn report(
     progress: &dyn Progress,
 ) -> Result<Utf8PathBuf, Failure> {
     let mut run = record::read_at_rest(folder)?;
-    let asked::OfReport {
+    let requested::OfReport {
         scene,
         own_model,
         subject,
-    } = asked::of_report(folder, job)?;
+    } = requested::of_report(folder, job)?;
     run.header.state(&subject);
     let reduction = stored::reduction(folder, &run)?;
     let results = reduce::results_folder(folder, &reduction);

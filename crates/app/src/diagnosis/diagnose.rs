@@ -9,7 +9,7 @@ use isolux_diagnose::own_readings;
 use isolux_diagnose::search::Settings;
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
-pub use isolux_report::answer::{Answer, brief, words};
+pub use isolux_report::answer::{DiagnosisResult, brief, words};
 use isolux_report::diagnosis_page::report;
 use sha2::{Digest as _, Sha256};
 use similar::{ChangeTag, TextDiff};
@@ -20,7 +20,7 @@ use crate::front_end::progress::{Event, Progress};
 
 /// What is asked.
 #[derive(Debug, Clone)]
-pub struct Request {
+pub struct DiagnoseRequest {
     /// The model file.
     pub model: Utf8PathBuf,
     /// Run directories, readings CSVs, `maps.toml`s, `spectra.toml`s.
@@ -41,7 +41,7 @@ pub struct Request {
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line; nothing is written then.
-pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure> {
+pub fn run(request: &DiagnoseRequest, progress: &dyn Progress) -> Result<DiagnosisResult, Failure> {
     attempt(request, progress)?.map_err(Failure::bad_input)
 }
 
@@ -49,7 +49,10 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
 ///
 /// # Errors
 /// As [`run`].
-pub(crate) fn attempt(request: &Request, progress: &dyn Progress) -> Result<Result<Answer, String>, Failure> {
+pub(crate) fn attempt(
+    request: &DiagnoseRequest,
+    progress: &dyn Progress,
+) -> Result<Result<DiagnosisResult, String>, Failure> {
     let model = Model::load(&request.model).map_err(Failure::bad_input)?;
     let (observations, sha256, held_out, left_out) = observed(request, &model)?;
     let accepted = request.accept.then(|| next_version(&request.model));
@@ -93,7 +96,7 @@ pub(crate) fn attempt(request: &Request, progress: &dyn Progress) -> Result<Resu
     let reduce_with = run_directory(&request.observations, &observations)
         .filter(|_| !found.of_bench.is_empty())
         .map(|run| format!("isolux reduce {run} --with {}", out.join("model.after.toml")));
-    Ok(Ok(Answer {
+    Ok(Ok(DiagnosisResult {
         diff,
         document: found.document,
         accepted,
@@ -105,7 +108,7 @@ pub(crate) fn attempt(request: &Request, progress: &dyn Progress) -> Result<Resu
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
-pub(crate) fn check(request: &Request) -> Result<(), Failure> {
+pub(crate) fn check(request: &DiagnoseRequest) -> Result<(), Failure> {
     let model = Model::load(&request.model).map_err(Failure::bad_input)?;
     observed(request, &model).map(|_| ())
 }
@@ -114,7 +117,7 @@ pub(crate) fn check(request: &Request) -> Result<(), Failure> {
 type Observed = (Vec<Observations>, String, Option<Observations>, Vec<String>);
 
 /// The observations of a request, no reading twice among them and none that made the distribution of `model`.
-fn observed(request: &Request, model: &Model) -> Result<Observed, Failure> {
+fn observed(request: &DiagnoseRequest, model: &Model) -> Result<Observed, Failure> {
     let paths: Vec<&Utf8PathBuf> = request.observations.iter().chain(&request.held_out).collect();
     let sha256 = paths
         .iter()
@@ -200,7 +203,13 @@ pub(crate) fn next_version(path: &Utf8Path) -> Utf8PathBuf {
     path.with_file_name(format!("{base}.v{version}.{extension}"))
 }
 
-fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis, diff: &[String]) -> Result<(), Failure> {
+fn write(
+    request: &DiagnoseRequest,
+    out: &Utf8Path,
+    model: &Model,
+    found: &Diagnosis,
+    diff: &[String],
+) -> Result<(), Failure> {
     for (name, from) in model.files() {
         let name = Utf8Path::new(&name).file_name().unwrap_or("distribution").to_owned();
         let target = out.join(name);

@@ -5,7 +5,7 @@ use isolux_record::Station;
 use isolux_scan::Operator;
 
 use crate::Failure;
-use crate::diagnosis::diagnose::{self, Answer, Request};
+use crate::diagnosis::diagnose::{self, DiagnoseRequest, DiagnosisResult};
 use crate::files::{self, Overwrite};
 use crate::front_end::control::Control;
 use crate::front_end::progress::{Event, Progress};
@@ -30,41 +30,41 @@ pub struct Investigation {
     pub force: Option<String>,
 }
 
-/// Rivals that a measurement would leave nearer than this, in σ, it does not tell apart.
+/// Alternatives that a measurement would leave nearer than this, in σ, it does not tell apart.
 const WORTH_A_SCAN_SIGMA: f64 = 3.0;
 
 /// Diagnoses, and while the answer is a set: takes the best next measurement that this station can carry out, asks `go`
 /// whether the axes may move, scans it and diagnoses all runs together. The last answer, and the runs that it rests on.
 ///
 /// # Errors
-/// As [`diagnose::run`] and [`ScanJob::execute`]; bad input (exit 2) before anything moves when the station cannot be read or
-/// the folder is not empty.
+/// As [`diagnose::run`] and [`ScanJob::execute`]; bad input (exit 2) before anything moves when the station cannot be
+/// read or the folder is not empty.
 pub fn run(
-    asked: &Investigation,
+    requested: &Investigation,
     operator: Option<&dyn Operator>,
     go: &dyn Fn(&str) -> bool,
     control: &Control,
     progress: &dyn Progress,
-) -> Result<(Answer, Vec<Utf8PathBuf>), Failure> {
-    Station::load(&asked.station).map_err(Failure::bad_input)?;
-    files::refuse_occupied(&asked.out, Overwrite::Never)?;
-    let mut runs = vec![asked.run.clone()];
+) -> Result<(DiagnosisResult, Vec<Utf8PathBuf>), Failure> {
+    Station::load(&requested.station).map_err(Failure::bad_input)?;
+    files::refuse_occupied(&requested.out, Overwrite::Never)?;
+    let mut runs = vec![requested.run.clone()];
     for round in 1.. {
-        let out = asked.out.join(format!("diagnosis-{round}"));
-        let answer = diagnosed(asked, &runs, &out, progress)?;
-        if round > asked.rounds {
+        let out = requested.out.join(format!("diagnosis-{round}"));
+        let answer = diagnosed(requested, &runs, &out, progress)?;
+        if round > requested.rounds {
             return Ok((answer, runs));
         }
-        let Some((question, plan)) = proposal(asked, &answer, &out, operator.is_some(), progress) else {
+        let Some((question, plan)) = proposal(requested, &answer, &out, operator.is_some(), progress) else {
             return Ok((answer, runs));
         };
         if !go(&question) {
             progress.event(Event::Note("nothing was moved"));
             return Ok((answer, runs));
         }
-        let run = asked.out.join(format!("run-{}", round + 1));
-        let force = asked.force.as_deref();
-        let (source, plan, _) = scan::checked(&asked.station, &plan, operator.is_some())?;
+        let run = requested.out.join(format!("run-{}", round + 1));
+        let force = requested.force.as_deref();
+        let (source, plan, _) = scan::checked(&requested.station, &plan, operator.is_some())?;
         ScanJob {
             source: &source,
             plan: &plan,
@@ -80,11 +80,11 @@ pub fn run(
     unreachable!("the loop ends by returning")
 }
 
-/// The question to the operator and the plan of the best suggestion that would tell the rivals apart and that the
+/// The question to the operator and the plan of the best suggestion that would tell the alternatives apart and that the
 /// station can carry out; says what stands in the way of the others.
 fn proposal(
-    asked: &Investigation,
-    answer: &Answer,
+    requested: &Investigation,
+    answer: &DiagnosisResult,
     out: &Utf8Path,
     attended: bool,
     progress: &dyn Progress,
@@ -104,7 +104,7 @@ fn proposal(
             continue;
         }
         let plan = out.join(plan);
-        match scan::checked(&asked.station, &plan, attended) {
+        match scan::checked(&requested.station, &plan, attended) {
             Ok((_, _, day)) => {
                 let question = format!(
                     "{} ({plan}): {one} and {other} would lie {:.1} σ apart; {} readings, {} with the warm-up. May the axes move?",
@@ -125,17 +125,17 @@ fn proposal(
 }
 
 fn diagnosed(
-    asked: &Investigation,
+    requested: &Investigation,
     runs: &[Utf8PathBuf],
     out: &Utf8Path,
     progress: &dyn Progress,
-) -> Result<Answer, Failure> {
-    let request = Request {
-        model: asked.model.clone(),
+) -> Result<DiagnosisResult, Failure> {
+    let request = DiagnoseRequest {
+        model: requested.model.clone(),
         observations: runs.to_vec(),
         out: out.to_owned(),
         held_out: None,
-        seed: asked.seed,
+        seed: requested.seed,
         accept: false,
         overwrite: Overwrite::Never,
     };

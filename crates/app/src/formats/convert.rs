@@ -36,13 +36,13 @@ pub struct Options {
 pub fn run(
     source: &Utf8Path,
     target: &Utf8Path,
-    asked: &Options,
+    requested: &Options,
     overwrite: Overwrite,
 ) -> (Option<Inspection>, Result<(), Failure>) {
     if let Err(failure) = files::refuse_existing(target, overwrite) {
         return (None, Err(failure));
     }
-    let mut all = match inspect::read(source, asked.read) {
+    let mut all = match inspect::read(source, requested.read) {
         Ok(parsed) => parsed,
         Err(finding) => {
             let failure = Failure::bad_input(format!("{source}: {}", finding.message));
@@ -56,7 +56,7 @@ pub fn run(
         return (None, Err(failure));
     }
     let mut only = all.remove(0);
-    let written = encode(&mut only, target, asked);
+    let written = encode(&mut only, target, requested);
     let mut inspection = Inspection {
         file: source.to_string(),
         format: only.format,
@@ -96,7 +96,7 @@ pub fn run(
     (Some(inspection), result)
 }
 
-fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, asked: &Options) -> Result<Written, Finding> {
+fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, requested: &Options) -> Result<Written, Finding> {
     let unreadable = || {
         let worst = parsed
             .findings
@@ -110,37 +110,39 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, asked: &Options) -> R
         .and_then(|extension| Format::of_extension(&extension.to_ascii_lowercase()));
     match &parsed.document {
         None => Err(unreadable()),
-        Some(Content::Distribution(_)) if asked.resample.is_some() || asked.series.is_some() => Err(Finding::error(
-            "convert-option",
-            "--series and --step-nm are for spectra; this file holds a distribution",
-        )),
-        Some(Content::Distribution(distribution)) if asked.edits.is_empty() => {
-            encode_distribution(distribution, format, asked)
+        Some(Content::Distribution(_)) if requested.resample.is_some() || requested.series.is_some() => {
+            Err(Finding::error(
+                "convert-option",
+                "--series and --step-nm are for spectra; this file holds a distribution",
+            ))
+        }
+        Some(Content::Distribution(distribution)) if requested.edits.is_empty() => {
+            encode_distribution(distribution, format, requested)
         }
         Some(Content::Distribution(distribution)) => {
-            let (edited, mut findings) = distribution.edited(&asked.edits)?;
-            let written = encode_distribution(&edited, format, asked)?;
+            let (edited, mut findings) = distribution.edited(&requested.edits)?;
+            let written = encode_distribution(&edited, format, requested)?;
             findings.extend(written.findings);
             Ok(Written {
                 bytes: written.bytes,
                 findings,
             })
         }
-        Some(Content::Spectrum(_)) if !asked.edits.is_empty() => Err(Finding::error(
+        Some(Content::Spectrum(_)) if !requested.edits.is_empty() => Err(Finding::error(
             "convert-option",
             "--set, --scale-flux, --rotate-c, --symmetrize and --resample are for distributions; this file holds a spectrum",
         )),
         Some(Content::Spectrum(_))
-            if asked.write.edition.is_some()
-                || asked.write.generation.is_some()
-                || asked.write.photometry.is_some() =>
+            if requested.write.edition.is_some()
+                || requested.write.generation.is_some()
+                || requested.write.photometry.is_some() =>
         {
             Err(Finding::error(
                 "convert-option",
                 "--edition, --generation and --photometry are for distributions; this file holds a spectrum",
             ))
         }
-        Some(Content::Spectrum(spectrum)) => encode_spectrum(spectrum, format, asked, target),
+        Some(Content::Spectrum(spectrum)) => encode_spectrum(spectrum, format, requested, target),
     }
 }
 
@@ -160,10 +162,10 @@ fn unwritable(what: &str, target: &Utf8Path) -> Finding {
 fn encode_spectrum(
     spectrum: &SpectrumFile,
     format: Option<Format>,
-    asked: &Options,
+    requested: &Options,
     target: &Utf8Path,
 ) -> Result<Written, Finding> {
-    let chosen = match &asked.series {
+    let chosen = match &requested.series {
         None => None,
         Some(name) => Some(spectrum.with_series(name).ok_or_else(|| {
             let names: Vec<&str> = spectrum.series.iter().map(|series| series.name.as_str()).collect();
@@ -172,7 +174,7 @@ fn encode_spectrum(
         })?),
     };
     let chosen = chosen.as_ref().unwrap_or(spectrum);
-    let resampled = asked
+    let resampled = requested
         .resample
         .map(|(step_nm, how)| chosen.resampled(step_nm, how))
         .transpose()?;
@@ -190,11 +192,11 @@ fn encode_spectrum(
 fn encode_distribution(
     distribution: &Distribution,
     format: Option<Format>,
-    asked: &Options,
+    requested: &Options,
 ) -> Result<Written, Finding> {
     let options = WriteOptions {
-        edited: !asked.edits.is_empty(),
-        ..asked.write.clone()
+        edited: !requested.edits.is_empty(),
+        ..requested.write.clone()
     };
     format
         .and_then(|format| write_distribution(distribution, format, &options))

@@ -81,16 +81,18 @@ mod tests {
     #[test]
     fn a_spectrum_is_told_and_drawn_and_nonsense_is_a_finding() {
         let table = "wavelength_nm,value\n400,1\n500,2\n600,3\n700,1\n";
-        let told = dropped("lamp.csv", table.as_bytes()).unwrap();
-        let [one] = &told.contents[..] else { panic!("{told:?}") };
+        let described = dropped("lamp.csv", table.as_bytes()).unwrap();
+        let [one] = &described.contents[..] else {
+            panic!("{described:?}")
+        };
         assert!(
-            !told.wrong && one.file == "lamp.csv" && one.what.starts_with("spectrum"),
-            "{told:?}"
+            !described.wrong && one.file == "lamp.csv" && one.what.starts_with("spectrum"),
+            "{described:?}"
         );
         assert!(
             one.quantities
                 .contains(&("peak wavelength".to_owned(), "600 nm".to_owned())),
-            "{told:?}"
+            "{described:?}"
         );
         assert!(one.figures[0].title == "Spectrum" && one.figures[0].svg.contains("<svg"));
         let nonsense = dropped("lamp.ldt", b"\x00\x01").unwrap();

@@ -11,7 +11,7 @@ use camino::Utf8Path;
 use isolux_formats::{Content, Parsed, ReadOptions};
 
 use self::read::parsed;
-use self::source::Source;
+use self::source::OpenFile;
 
 pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;
@@ -20,7 +20,7 @@ pub use read::read;
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
 pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
-    let parsed = match Source::open(path) {
+    let parsed = match OpenFile::open(path) {
         Ok(source) if rays::are_in(path, &source) => return vec![rays::inspection(path, source)],
         Ok(source) => parsed(path, source, options),
         Err(finding) => Err(finding),
@@ -97,9 +97,9 @@ mod tests {
 
         let found = inspected(&folder, "lamp.tlt");
         assert_eq!(tilt(&found).unwrap().factor, [1.0, 0.95, 0.9]);
-        let said = found.findings.iter().find(|f| f.code == "ies-tilt-factors").unwrap();
-        assert!(said.message.contains("Lamp.TLT"), "{}", said.message);
-        assert_eq!(said.line, Some(6));
+        let stated = found.findings.iter().find(|f| f.code == "ies-tilt-factors").unwrap();
+        assert!(stated.message.contains("Lamp.TLT"), "{}", stated.message);
+        assert_eq!(stated.line, Some(6));
 
         let absolute = outer.join("outside.tlt").into_string();
         for name in [

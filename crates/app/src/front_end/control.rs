@@ -49,7 +49,7 @@ impl Control {
         loop {
             let times = match self.pace {
                 Pace::Times(times) => Some(times),
-                _ if self.pause.asked().is_some() => Some(1.0),
+                _ if self.pause.requested().is_some() => Some(1.0),
                 _ => None,
             };
             let began = Instant::now();

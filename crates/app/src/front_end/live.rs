@@ -29,7 +29,7 @@ pub struct Live {
     pub sentence: Option<String>,
     /// How much is left, where that has changed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub left: Option<Left>,
+    pub left: Option<Remaining>,
     /// Of a visit to the reference point: its change against the first since the lamp was switched on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drift_rel: Option<f64>,
@@ -56,7 +56,7 @@ pub enum State {
     Completed,
     /// Somebody ended the scan.
     Interrupted,
-    /// A gate stayed shut or an instrument failed.
+    /// A check failed or an instrument did.
     Failed,
     /// The record follows: reduction, simulation, diagnosis.
     Evaluating,
@@ -115,7 +115,7 @@ pub struct Curve {
 
 /// How much is left.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Left {
+pub struct Remaining {
     /// Points done.
     pub done: u64,
     /// Points of the plan.

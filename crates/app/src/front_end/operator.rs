@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use async_trait::async_trait;
-use isolux_scan::{Operator, Request};
+use isolux_scan::{Operator, OperatorRequest};
 
 type Ask = dyn Fn(&str) -> Result<String, String> + Send + Sync;
 
@@ -20,7 +20,7 @@ impl ByFunction {
 
 #[async_trait]
 impl Operator for ByFunction {
-    async fn carry_out(&self, request: &Request) -> Result<String, String> {
+    async fn carry_out(&self, request: &OperatorRequest) -> Result<String, String> {
         let (answer, wait) = tokio::sync::oneshot::channel();
         let (ask, prompt) = (self.0.clone(), request.prompt.clone());
         // A thread of its own, not the runtime's: an interrupted scan must not wait for a person who is at lunch.

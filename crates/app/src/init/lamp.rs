@@ -8,7 +8,7 @@ use isolux_darkroom::parts::RING_KEYS;
 use isolux_darkroom::{Darkroom, Room, table};
 use isolux_formats::{Distribution, Finding};
 use isolux_photometry::IntensityDistribution;
-use isolux_record::document::Source;
+use isolux_record::document::SourceText;
 use isolux_record::station::Rail;
 use isolux_record::subject::LUMINAIRE_KEYS;
 use isolux_record::{Plan, Station, Subject};
@@ -54,7 +54,7 @@ pub fn lamp(path: &Utf8Path, choice: &Choice) -> Result<LampFiles, Failure> {
     };
     let (file, _) = Distribution::load(&files::read(path)?, name).map_err(refused)?;
     let mut notes = Vec::new();
-    let light = lit(&file.intensity)?;
+    let light = illuminated(&file.intensity)?;
     let peak = light.peak();
     if peak.intensity_cd <= 0.0 {
         return Err(Failure::bad_input(format!("{path}: has no light")));
@@ -85,7 +85,7 @@ pub fn lamp(path: &Utf8Path, choice: &Choice) -> Result<LampFiles, Failure> {
         axis_cd,
         file.luminaire.watts.filter(|watts| *watts > 0.0),
     );
-    let source = Source {
+    let source = SourceText {
         file: Utf8Path::new(ROOM_FILE),
         text: &room_text,
     };
@@ -131,7 +131,7 @@ pub fn lamp(path: &Utf8Path, choice: &Choice) -> Result<LampFiles, Failure> {
 }
 
 /// The distribution without what a measurement leaves below zero.
-fn lit(light: &IntensityDistribution) -> Result<IntensityDistribution, Failure> {
+fn illuminated(light: &IntensityDistribution) -> Result<IntensityDistribution, Failure> {
     let intensity_cd = light.intensity_cd().iter().map(|value| value.max(0.0)).collect();
     IntensityDistribution::new(light.c_deg().to_vec(), light.gamma_deg().to_vec(), intensity_cd)
         .map_err(Failure::bad_input)

@@ -273,7 +273,7 @@ mod tests {
             .is_err(),
             "nothing is replaced"
         );
-        crate::instruments::bench::Source::load(&folder.join("station.toml")).unwrap();
+        crate::instruments::bench::StationFiles::load(&folder.join("station.toml")).unwrap();
     }
 
     #[test]
@@ -358,7 +358,7 @@ mod tests {
             2,
             "the twin of the spectroradiometer has its calibration: {written:?}"
         );
-        let station = crate::instruments::bench::Source::load(&file).unwrap().station;
+        let station = crate::instruments::bench::StationFiles::load(&file).unwrap().station;
         assert_eq!(station.axis_c().open, "zaber:/dev/ttyUSB0?axis=1");
         assert_eq!(station.axis_gamma().open, "zaber:memory:axes?axis=2");
         assert_eq!(station.luxmeter().open, "konica-t10a:/dev/ttyUSB1?head=2");
@@ -384,7 +384,7 @@ mod tests {
             bench(&other, &spectro, Overwrite::Force).unwrap(),
             std::slice::from_ref(&other)
         );
-        crate::instruments::bench::Source::load(&other).unwrap();
+        crate::instruments::bench::StationFiles::load(&other).unwrap();
     }
 
     #[test]

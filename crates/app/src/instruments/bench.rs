@@ -20,7 +20,7 @@ pub const PROGRAM: &str = concat!("isolux ", env!("CARGO_PKG_VERSION"));
 
 /// A station and the calibration that it names.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct StationFiles {
     /// Name of the station file, for messages.
     pub file: Utf8PathBuf,
     /// The station.
@@ -29,7 +29,7 @@ pub struct Source {
     pub calibration: Option<(Utf8PathBuf, String)>,
 }
 
-impl Source {
+impl StationFiles {
     /// Reads a station file and the calibration beside it. Nothing is opened.
     ///
     /// # Errors
@@ -37,7 +37,7 @@ impl Source {
     pub fn load(file: &Utf8Path) -> Result<Self, Failure> {
         let text = document::read_text(file).map_err(Failure::bad_input)?;
         let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
-        let located = |fault: &Fault| Failure::bad_input(document::Source { file, text: &text }.locate(fault));
+        let located = |fault: &Fault| Failure::bad_input(document::SourceText { file, text: &text }.locate(fault));
         roles::distinct(&station, file).map_err(|fault| located(&fault).help("nothing was opened"))?;
         let calibration = match station.spectral_calibration(file) {
             Some(path) => {

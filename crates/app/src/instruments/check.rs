@@ -10,7 +10,7 @@ use tokio::time::Instant;
 use crate::Failure;
 use crate::files::Overwrite;
 use crate::front_end::progress::Progress;
-use crate::instruments::bench::{self, Source};
+use crate::instruments::bench::{self, StationFiles};
 use crate::instruments::catalogue::Catalogue;
 use crate::instruments::roles;
 use crate::instruments::session::{self, Session};
@@ -65,7 +65,7 @@ pub fn run(
     force: Option<&str>,
     progress: &dyn Progress,
 ) -> Result<Report, Failure> {
-    let source = Source::load(station)?;
+    let source = StationFiles::load(station)?;
     if let Some(path) = record {
         crate::files::refuse_existing(path, overwrite)?;
     }
@@ -114,7 +114,7 @@ async fn of_axis<P: Coordinate>(role: &'static str, open: &str, opened: Result<B
     let unit = P::UNIT;
     let mut found = blank(role, open);
     match opened {
-        Err(error) => found.error = Some(said(&error)),
+        Err(error) => found.error = Some(stated(&error)),
         Ok(axis) => {
             found.identity = Some(identity(axis.identity()));
             let (low, high) = axis.settings().limit();
@@ -138,7 +138,7 @@ async fn of_axis<P: Coordinate>(role: &'static str, open: &str, opened: Result<B
 }
 
 /// The lux meter and, through the shutter, its dark.
-async fn light(source: &Source, catalogue: &Catalogue, report: &mut Report) {
+async fn light(source: &StationFiles, catalogue: &Catalogue, report: &mut Report) {
     let settings = source.station.luxmeter();
     let mut found = blank("luxmeter", &settings.open);
     let shutter_open = source
@@ -201,13 +201,13 @@ async fn light(source: &Source, catalogue: &Catalogue, report: &mut Report) {
     report.instruments.extend(shutter.map(|(found, _)| found));
 }
 
-async fn spectro(source: &Source, catalogue: &Catalogue, report: &mut Report) {
+async fn spectro(source: &StationFiles, catalogue: &Catalogue, report: &mut Report) {
     let Some(settings) = source.station.spectroradiometer() else {
         return;
     };
     let mut found = blank("spectroradiometer", &settings.open);
     match source.open_spectro(catalogue).await {
-        Err(error) => found.error = Some(said(&error)),
+        Err(error) => found.error = Some(stated(&error)),
         Ok(None) => found.error = Some("no calibration".to_owned()),
         Ok(Some(spectro)) => {
             found.identity = Some(identity(spectro.device.identity()));
@@ -226,7 +226,7 @@ async fn spectro(source: &Source, catalogue: &Catalogue, report: &mut Report) {
     report.instruments.push(found);
 }
 
-async fn power(source: &Source, catalogue: &Catalogue, report: &mut Report) {
+async fn power(source: &StationFiles, catalogue: &Catalogue, report: &mut Report) {
     let Some(settings) = source.station.powermeter() else {
         return;
     };
@@ -323,11 +323,11 @@ fn identity(identity: &Identity) -> String {
 fn judge(found: &mut Found, judged: Result<(), Failure>) {
     if let Err(failure) = judged {
         found.ok = false;
-        found.error = Some(said(&failure));
+        found.error = Some(stated(&failure));
     }
 }
 
-fn said(failure: &Failure) -> String {
+fn stated(failure: &Failure) -> String {
     match &failure.help {
         Some(help) => format!("{} ({help})", failure.message),
         None => failure.message.clone(),

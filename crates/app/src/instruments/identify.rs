@@ -13,11 +13,11 @@ use crate::instruments::{catalogue, session};
 
 /// What was found at one port.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Asked {
+pub struct PortReport {
     /// The port, as it was named.
     pub port: String,
     /// Who answered.
-    pub found: Vec<Answered>,
+    pub found: Vec<FoundInstrument>,
     /// Line settings and the drivers whose question was asked with them, in this order.
     pub tried: Vec<String>,
     /// Why it could not be asked, and what to do.
@@ -26,7 +26,7 @@ pub struct Asked {
 
 /// An instrument that answered.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Answered {
+pub struct FoundInstrument {
     /// The driver whose question it answers.
     pub driver: &'static str,
     /// What it said of itself.
@@ -46,14 +46,14 @@ const SILENCE: Duration = Duration::from_millis(150);
 ///
 /// # Errors
 /// Exit 3 when the system gives no runtime. What a port refuses stands in its entry.
-pub fn identify(ports: &[String]) -> Result<Vec<Asked>, Failure> {
+pub fn identify(ports: &[String]) -> Result<Vec<PortReport>, Failure> {
     session::run(false, async {
         let links: Arc<dyn Links> = Arc::new(SystemLinks::default());
-        let mut asked = Vec::new();
+        let mut requested = Vec::new();
         for port in ports {
-            asked.push(ask(links.as_ref(), port).await);
+            requested.push(ask(links.as_ref(), port).await);
         }
-        Ok(asked)
+        Ok(requested)
     })
 }
 
@@ -71,8 +71,8 @@ fn questions() -> Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> {
     questions
 }
 
-async fn ask(links: &dyn Links, port: &str) -> Asked {
-    let mut asked = Asked {
+async fn ask(links: &dyn Links, port: &str) -> PortReport {
+    let mut requested = PortReport {
         port: port.to_owned(),
         found: Vec::new(),
         tried: Vec::new(),
@@ -80,10 +80,10 @@ async fn ask(links: &dyn Links, port: &str) -> Asked {
     };
     for scheme in ["modbus-tcp://", "usb:", "memory:"] {
         if port.starts_with(scheme) {
-            asked.error = Some(format!(
+            requested.error = Some(format!(
                 "{scheme} cannot be asked, only serial ports and tcp://host:port; `isolux devices` shows USB instruments by their ids"
             ));
-            return asked;
+            return requested;
         }
     }
     let network = port.starts_with("tcp://");
@@ -101,11 +101,11 @@ async fn ask(links: &dyn Links, port: &str) -> Asked {
                     .advice
                     .as_deref()
                     .map_or(String::new(), |advice| format!(" ({advice})"));
-                asked.error = Some(format!("{error}{advice}"));
-                return asked;
+                requested.error = Some(format!("{error}{advice}"));
+                return requested;
             }
         };
-        asked.tried.push(format!("{settings}: {}", names.join(", ")));
+        requested.tried.push(format!("{settings}: {}", names.join(", ")));
         for (driver, probe) in probes {
             let mut answer = exchange(link.as_mut(), probe).await;
             if matches!(answer, Ok(None)) {
@@ -113,24 +113,24 @@ async fn ask(links: &dyn Links, port: &str) -> Asked {
                 answer = exchange(link.as_mut(), probe).await;
             }
             match answer {
-                Ok(Some(says)) => asked.found.push(Answered {
+                Ok(Some(says)) => requested.found.push(FoundInstrument {
                     driver,
                     says,
                     line: settings.clone(),
                 }),
                 Ok(None) => {}
                 Err(error) => {
-                    asked.error = Some(format!("{port}: the link ended: {error}"));
-                    return asked;
+                    requested.error = Some(format!("{port}: the link ended: {error}"));
+                    return requested;
                 }
             }
         }
         // What answers with one setting of the line does not answer with another.
-        if !asked.found.is_empty() && !network {
+        if !requested.found.is_empty() && !network {
             break;
         }
     }
-    asked
+    requested
 }
 
 /// One question. Whatever comes before it or in doubt after it is thrown away.

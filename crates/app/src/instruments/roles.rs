@@ -160,7 +160,7 @@ mod tests {
     use crate::init::virtual_station;
     use isolux_virtual::twins::Choice;
 
-    fn said(from: &str, to: &str) -> Option<String> {
+    fn stated(from: &str, to: &str) -> Option<String> {
         let text = virtual_station(&Choice::default()).unwrap().0;
         assert!(text.contains(from), "{from} is not in {text}");
         let station = Station::parse(Utf8Path::new("s.toml"), &text.replacen(from, to, 1)).unwrap();
@@ -171,28 +171,28 @@ mod tests {
 
     #[test]
     fn two_roles_on_one_thing_are_refused_by_both_keys() {
-        assert_eq!(said("axis=1", "axis=1"), None);
-        let axes = said("axis=2", "axis=1").unwrap();
+        assert_eq!(stated("axis=1", "axis=1"), None);
+        let axes = stated("axis=2", "axis=1").unwrap();
         assert!(
             axes.starts_with("axis.gamma.open: ") && axes.contains("axis.c.open"),
             "{axes}"
         );
         assert!(
-            said("axis=2", "axis=01").is_some(),
+            stated("axis=2", "axis=01").is_some(),
             "the number counts, not how it is written"
         );
         assert!(
-            said("?axis=1", "").is_none() && said("?axis=2", "").is_some(),
+            stated("?axis=1", "").is_none() && stated("?axis=2", "").is_some(),
             "1 is the default"
         );
-        assert!(said("axis=3", "axis=2").unwrap().starts_with("rail.open: "));
-        assert!(said("do=3", "do=1").unwrap().contains("lamp.open"));
-        let settings = said("memory:luxmeter", "memory:axes").unwrap();
+        assert!(stated("axis=3", "axis=2").unwrap().starts_with("rail.open: "));
+        assert!(stated("do=3", "do=1").unwrap().contains("lamp.open"));
+        let settings = stated("memory:luxmeter", "memory:axes").unwrap();
         assert!(
             settings.starts_with("luxmeter.open: ") && settings.contains("9600 7E1") && settings.contains("115200 8N1"),
             "{settings}"
         );
-        let alone = said("memory:spectrometer", "memory:luxmeter").unwrap();
+        let alone = stated("memory:spectrometer", "memory:luxmeter").unwrap();
         assert!(alone.contains("the same instrument cannot be both"), "{alone}");
     }
 

@@ -261,7 +261,7 @@ pub fn failure(error: &isolux_scan::ScanError) -> Failure {
     use isolux_scan::ScanErrorKind as Kind;
     let kind = match error.kind() {
         Kind::BadPlan => FailureKind::BadInput,
-        Kind::Gate => FailureKind::No,
+        Kind::NotAccepted => FailureKind::No,
         Kind::Instrument => FailureKind::Instrument,
         Kind::Interrupted => FailureKind::Interrupted,
     };
@@ -335,8 +335,11 @@ mod tests {
             .await
             .err()
             .unwrap();
-        let said = error.to_string();
-        assert!(said.contains("virtual time") && said.contains("its own time"), "{said}");
+        let stated = error.to_string();
+        assert!(
+            stated.contains("virtual time") && stated.contains("its own time"),
+            "{stated}"
+        );
     }
 
     #[test]

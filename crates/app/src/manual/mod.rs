@@ -16,7 +16,7 @@ use serde::Serialize;
 use tokio::time::Instant;
 
 use crate::front_end::progress::{Event, Progress, Silent, left_words};
-use crate::instruments::bench::Source;
+use crate::instruments::bench::StationFiles;
 use crate::instruments::catalogue::Catalogue;
 use crate::instruments::roles;
 use crate::instruments::session::{self, Session};
@@ -341,9 +341,9 @@ pub(crate) fn one_step<T>(
     station: &Utf8Path,
     force: Option<&str>,
     progress: &dyn Progress,
-    step: impl AsyncFnOnce(&Source, &Devices) -> Result<T, ScanError>,
+    step: impl AsyncFnOnce(&StationFiles, &Devices) -> Result<T, ScanError>,
 ) -> Result<T, Failure> {
-    let source = Source::load(station)?;
+    let source = StationFiles::load(station)?;
     let in_memory = roles::is_virtual(&source.station);
     session::run(in_memory, async {
         let session = Session::of(&source.station, &source.file, progress)?;

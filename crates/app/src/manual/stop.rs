@@ -119,7 +119,7 @@ async fn halt<P: Coordinate>(
 /// Takes the locks of `links` from whoever has them, who is asked to end first. A lock that cannot be had keeps nothing
 /// from being stopped. What became of the owners, and whether one of them may drive the axes again.
 async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>, bool) {
-    let (mut locks, mut said, mut may_drive) = (Vec::new(), Vec::new(), false);
+    let (mut locks, mut stated, mut may_drive) = (Vec::new(), Vec::new(), false);
     let mut owned: Vec<(PathBuf, Held)> = Vec::new();
     for link in links {
         // What has no address fails where it is opened.
@@ -127,40 +127,40 @@ async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>, bool) {
             match Lock::take(&file) {
                 Ok(lock) => locks.push(lock),
                 Err(LockError::Held(held)) => owned.push((file, held)),
-                Err(error) => said.push(format!("{error}; stopped without the lock")),
+                Err(error) => stated.push(format!("{error}; stopped without the lock")),
             }
         }
     }
     // All are asked before any is waited for.
-    let asked: Vec<(PathBuf, Held, Asked)> = {
+    let requested: Vec<(PathBuf, Held, EndRequest)> = {
         let mut by_pid = BTreeMap::new();
         let ask = |(file, held): (PathBuf, Held)| {
-            let asked = match &held.holder {
+            let requested = match &held.holder {
                 Some(holder) => by_pid.entry(holder.pid).or_insert_with(|| ask_to_end(holder)).clone(),
-                None => Asked::Not("it does not say who it is".to_owned()),
+                None => EndRequest::Not("it does not say who it is".to_owned()),
             };
-            (file, held, asked)
+            (file, held, requested)
         };
         owned.into_iter().map(ask).collect()
     };
     let deadline = Instant::now() + PATIENCE;
-    for (file, held, asked) in asked {
+    for (file, held, requested) in requested {
         let mut taken = Lock::take(&file);
-        while asked == Asked::Ending && matches!(taken, Err(LockError::Held(_))) && Instant::now() < deadline {
+        while requested == EndRequest::Ending && matches!(taken, Err(LockError::Held(_))) && Instant::now() < deadline {
             sleep(Duration::from_millis(10)).await;
             taken = Lock::take(&file);
         }
         if let Ok(lock) = taken {
             locks.push(lock);
-            said.push(format!("{held} was asked to end, and ended"));
+            stated.push(format!("{held} was asked to end, and ended"));
             continue;
         }
-        let why = match &asked {
-            Asked::Ending => format!("did not end within {PATIENCE:?}"),
-            Asked::Suspended => "is suspended".to_owned(),
-            Asked::Not(why) => format!("could not be asked to end ({why})"),
+        let why = match &requested {
+            EndRequest::Ending => format!("did not end within {PATIENCE:?}"),
+            EndRequest::Suspended => "is suspended".to_owned(),
+            EndRequest::Not(why) => format!("could not be asked to end ({why})"),
         };
-        said.push(match Lock::seize(&file) {
+        stated.push(match Lock::seize(&file) {
             Ok(lock) => {
                 locks.push(lock);
                 format!("{held} {why}; its instruments were taken from it, it can drive them no more")
@@ -171,13 +171,13 @@ async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>, bool) {
             }
         });
     }
-    said.dedup();
-    (locks, said, may_drive)
+    stated.dedup();
+    (locks, stated, may_drive)
 }
 
 /// Whether an owner was asked to end.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Asked {
+enum EndRequest {
     /// It was, and may be on its way.
     Ending,
     /// It was, but does nothing until it is continued: waiting for it is no use.
@@ -186,10 +186,10 @@ enum Asked {
     Not(String),
 }
 
-fn ask_to_end(holder: &Holder) -> Asked {
+fn ask_to_end(holder: &Holder) -> EndRequest {
     match holder.ask_to_end() {
-        Ok(()) if holder.state() == ProcessState::Stopped => Asked::Suspended,
-        Ok(()) => Asked::Ending,
-        Err(why) => Asked::Not(why),
+        Ok(()) if holder.state() == ProcessState::Stopped => EndRequest::Suspended,
+        Ok(()) => EndRequest::Ending,
+        Err(why) => EndRequest::Not(why),
     }
 }

@@ -70,7 +70,7 @@ impl Reduced {
 
 /// What is asked of a reduction.
 #[derive(Debug, Clone, Default)]
-pub struct Request<'a> {
+pub struct ReduceRequest<'a> {
     /// Folder of the results; without one `RUN/results`, or `RUN/results-partial` where the scan is not finished.
     pub out: Option<&'a Utf8Path>,
     /// Names of corrections to leave out.
@@ -89,7 +89,7 @@ pub struct Request<'a> {
 /// "No" (exit 1) for a drift, an unstable reference or a closing half-plane beyond the limits of the plan. Bad input
 /// (exit 2) for a record that gives no distribution, an unknown correction, a bench effect without inverse, or results
 /// that exist. Nothing is written then.
-pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
+pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
     let without = request
         .without
         .iter()

@@ -33,11 +33,11 @@ pub fn writer(run: &Utf8Path) -> Option<Writer> {
 pub fn ask_writer_to_end(run: &Utf8Path) -> Result<String, Failure> {
     let held = RunLock::held(run).ok_or_else(|| Failure::instrument(format!("nobody writes {run} now")))?;
     let holder = held.holder.as_ref();
-    let asked = holder.map_or_else(
+    let requested = holder.map_or_else(
         || Err("it does not say who it is".to_owned()),
         isolux_lock::Holder::ask_to_end,
     );
-    match asked {
+    match requested {
         Ok(()) => Ok(format!("{held} was asked to end; it stops its axes")),
         Err(why) => Err(Failure::instrument(format!("{held} could not be asked to end: {why}"))
             .help("end it by hand, or run `isolux stop STATION.toml`")),

@@ -15,7 +15,7 @@ use crate::Failure;
 use crate::front_end::control::Control;
 pub use crate::front_end::progress::duration;
 use crate::front_end::progress::{Event, Progress};
-use crate::instruments::bench::Source;
+use crate::instruments::bench::StationFiles;
 use crate::instruments::catalogue::Catalogue;
 use crate::instruments::owner::TakeOver;
 use crate::instruments::roles;
@@ -100,7 +100,7 @@ impl<'a> Place<'a> {
 #[derive(Clone)]
 pub struct ScanJob<'a> {
     /// The bench.
-    pub source: &'a Source,
+    pub source: &'a StationFiles,
     /// What is measured on it.
     pub plan: &'a Plan,
     /// Where it is recorded.
@@ -119,7 +119,7 @@ impl ScanJob<'_> {
     /// Opens the instruments and scans.
     ///
     /// # Errors
-    /// 1 when a gate stays shut; 3 when an instrument fails, belongs to another process, or an axis could not be
+    /// 1 when a check fails; 3 when an instrument fails, belongs to another process, or an axis could not be
     /// verified at rest; 130 when interrupted.
     pub fn execute(&self) -> Result<ScanSummary, Failure> {
         let Self { source, progress, .. } = *self;
@@ -233,8 +233,8 @@ impl ScanJob<'_> {
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
-pub fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(Source, Plan, DryRun), Failure> {
-    let source = Source::load(station)?;
+pub fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(StationFiles, Plan, DryRun), Failure> {
+    let source = StationFiles::load(station)?;
     let (plan, text) = plan::load(plan_file)?;
     let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
     if asks(&source, &plan) && !attended {
@@ -247,7 +247,7 @@ pub fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Resu
 }
 
 /// Whether somebody will be asked.
-fn asks(source: &Source, plan: &Plan) -> bool {
+fn asks(source: &StationFiles, plan: &Plan) -> bool {
     let station = &source.station;
     let person = |access: Option<&isolux_record::station::Access>| access.is_some_and(|access| access.prompt.is_some());
     let kinds = |kind| plan.blocks().iter().any(|block| block.kind == kind);

@@ -7,7 +7,7 @@ use isolux_scan::{Cost, DisplayRange, Distances, DryRun, distances, dry_run};
 use serde::Serialize;
 
 use crate::Failure;
-use crate::instruments::bench::Source;
+use crate::instruments::bench::StationFiles;
 use crate::instruments::catalogue;
 
 /// A dry run, and what distances cost where the plan has a distribution and the meter's digits are known.
@@ -25,7 +25,7 @@ pub struct Planned {
 /// # Errors
 /// Bad input (exit 2) with file and line: also for a plan outside the limits of the axes.
 pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<Planned, Failure> {
-    let Source { station, file, .. } = Source::load(station)?;
+    let StationFiles { station, file, .. } = StationFiles::load(station)?;
     let (parsed, text) = load(plan)?;
     let run = dry_run(&station, &parsed).map_err(|fault| located(plan, &text, &fault))?;
     let distances = display(&station, &file).and_then(|display| distances(&station, &parsed, &display));
@@ -144,5 +144,6 @@ pub(crate) fn load(file: &Utf8Path) -> Result<(Plan, String), Failure> {
 
 /// A fault of the dry run, with the plan's line.
 pub(crate) fn located(file: &Utf8Path, text: &str, fault: &Fault) -> Failure {
-    Failure::bad_input(document::Source { file, text }.locate(fault)).help("nothing was moved and nothing was written")
+    Failure::bad_input(document::SourceText { file, text }.locate(fault))
+        .help("nothing was moved and nothing was written")
 }

@@ -10,7 +10,7 @@ use isolux_scan::warmup::Criterion;
 use jiff::Timestamp;
 
 use super::estimate::Estimate;
-use crate::front_end::live::{Curve, Left, Live, State};
+use crate::front_end::live::{Curve, Live, Remaining, State};
 use crate::front_end::progress::{duration, ends};
 
 /// What a scan has come to.
@@ -175,9 +175,9 @@ impl ScanState {
         }
     }
 
-    fn left(&self, left_s: f64, at: Timestamp) -> Left {
+    fn left(&self, left_s: f64, at: Timestamp) -> Remaining {
         let (done, total) = self.points();
-        Left {
+        Remaining {
             done,
             total,
             left_s,

@@ -77,8 +77,8 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         let mut scene = scene.clone();
         scene.model = model(planes.distribution(Planes::mean)?, spectral);
         let other = simulate::solve(&scene, Method::Inverse)?;
-        // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a −
-        // b|).
+        // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a
+        // − b|).
         let u = |value: f64, other: f64| ((value - other) / 3.0_f64.sqrt()).hypot(own_rel * value);
         let pixels = solved.map.iter().zip(other.map.iter());
         let of_pixel = |(a, b): (&f32, &f32)| (2.0 * u(f64::from(*a), f64::from(*b))) as f32;
@@ -117,17 +117,17 @@ fn model(distribution: IntensityDistribution, spectral: Spectral) -> Model {
 /// The sensor of the day's job, or that of the published case, with few pixels.
 fn the_scene(run: &Utf8Path, model: Model) -> Result<(Scene, String), Failure> {
     let file = run.join("job/scene.toml");
-    let (mut lit, named) = if file.is_file() {
+    let (mut illuminated, named) = if file.is_file() {
         (scene::lit_by(&file, &model)?, "the job's scene".to_owned())
     } else {
         (scene::of_the_published_case(&model)?, "the published case".to_owned())
     };
-    let longest = lit.sensor.pixels[0].max(lit.sensor.pixels[1]).max(1);
+    let longest = illuminated.sensor.pixels[0].max(illuminated.sensor.pixels[1]).max(1);
     let few = |pixels: usize| (pixels * PIXELS / longest).clamp(1, pixels);
     if longest > PIXELS {
-        lit.sensor.pixels = lit.sensor.pixels.map(few);
+        illuminated.sensor.pixels = illuminated.sensor.pixels.map(few);
     }
-    Ok((lit, named))
+    Ok((illuminated, named))
 }
 
 /// Half-planes of the first lit block with a grid.

@@ -25,7 +25,7 @@ pub use isolux_sim::simulation::{Facts, Method};
 
 /// What is simulated, how, and where the result goes.
 #[derive(Debug, Clone)]
-pub struct Request {
+pub struct SimulateRequest {
     /// Scene or model file, run folder, or photometric file.
     pub input: Utf8PathBuf,
     /// Folder of the results.
@@ -52,7 +52,7 @@ pub struct Request {
 ///
 /// # Errors
 /// Exit 2 for a scene that cannot be lit, with the reason; nothing is written then.
-pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure> {
+pub fn run(request: &SimulateRequest, progress: &dyn Progress) -> Result<Facts, Failure> {
     let scene = scene::load(&request.input, &request.changes)?;
     files::refuse_occupied(&request.out, request.overwrite)?;
     if let Some((path, _)) = &request.rays_out {
@@ -155,7 +155,7 @@ pub fn can_be_lit(scene: &isolux_model::Scene) -> Result<(), Failure> {
 ///
 /// # Errors
 /// As [`solve`], and exit 2 when the map of the whole scene would not fit into the memory that is free.
-pub(crate) fn rehearse(scene: &isolux_model::Scene) -> Result<(), Failure> {
+pub(crate) fn check_feasibility(scene: &isolux_model::Scene) -> Result<(), Failure> {
     const SIDE: usize = 3;
     memory::refuse_too_many(scene.sensor.pixels)?;
     let mut few = scene.clone();

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
-use isolux_record::document::{Source, read_text};
+use isolux_record::document::{SourceText, read_text};
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
@@ -48,7 +48,7 @@ pub fn run(
     progress: &dyn Progress,
 ) -> Result<usize, Failure> {
     let text = read_text(file).map_err(Failure::bad_input)?;
-    let source = Source { file, text: &text };
+    let source = SourceText { file, text: &text };
     let document: Document = source.parse(FORMAT).map_err(Failure::bad_input)?;
     let method = method(source, &document)?;
     let mut keys = Vec::new();

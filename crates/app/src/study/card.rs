@@ -107,10 +107,10 @@ fn numbers(results: &Utf8Path) -> Option<Vec<(&'static str, String)>> {
 
 /// A quantity to the digits of the report; why it has no uncertainty is said there.
 fn number(of: &Quantity) -> String {
-    let (said, unit) = (of.rounded(), &of.unit);
+    let (stated, unit) = (of.rounded(), &of.unit);
     match of.u {
-        Some(_) => format!("{} ± {} {unit} (k = 2)", said.value, said.expanded),
-        None => format!("{} {unit}, no uncertainty", said.value),
+        Some(_) => format!("{} ± {} {unit} (k = 2)", stated.value, stated.expanded),
+        None => format!("{} {unit}, no uncertainty", stated.value),
     }
 }
 

@@ -80,15 +80,15 @@ struct Sums {
 const PER_DEG: f64 = 10.0;
 
 fn add(pairs: &mut BTreeMap<(u64, u64), BTreeMap<i64, Sums>>, readings: &Readings, models: &[Model; 2]) {
-    let lit: Vec<(ReadingCoordinates, f64, f64)> = readings
+    let illuminated: Vec<(ReadingCoordinates, f64, f64)> = readings
         .rows()
         .iter()
         .filter(|row| row.at.kind == ReadingKind::Lit)
         .filter_map(|row| Some((row.at, row.illuminance_lx?, row.u_lx?)))
         .collect();
-    let at: Vec<ReadingCoordinates> = lit.iter().map(|(at, ..)| *at).collect();
+    let at: Vec<ReadingCoordinates> = illuminated.iter().map(|(at, ..)| *at).collect();
     let predicted = models.each_ref().map(|model| model.predict_readings(&at));
-    for (k, (at, lux, u_lx)) in lit.iter().enumerate() {
+    for (k, (at, lux, u_lx)) in illuminated.iter().enumerate() {
         let c = at.c_deg.rem_euclid(360.0);
         // C + 180° at γ is C at −γ.
         let (c, gamma) = if c >= 180.0 {

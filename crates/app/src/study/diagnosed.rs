@@ -110,7 +110,7 @@ impl Case {
     ) -> Result<(), Failure> {
         let (_, round) = latest(run);
         let out = folder(run, round + 1);
-        let request = diagnose::Request {
+        let request = diagnose::DiagnoseRequest {
             model: self.model.clone(),
             observations: self.observations.clone(),
             out: out.clone(),

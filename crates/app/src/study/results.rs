@@ -71,11 +71,11 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
     let record = record::read(run)?;
     // As they were made; with every correction where there are none.
     let made = options_of(&run.join("results/budget.json"))?.unwrap_or_default();
-    let asked = match without {
+    let requested = match without {
         Some(words) => words.iter().map(|word| word.parse::<Correction>()).collect(),
         None => Ok(made.without.clone()),
     };
-    let asked: BTreeSet<Correction> = asked.map_err(Failure::bad_input)?;
+    let requested: BTreeSet<Correction> = requested.map_err(Failure::bad_input)?;
     let model = kept_model(&run.join("results"))?;
     let reduced = |without: &BTreeSet<Correction>| {
         let options = Options {
@@ -84,8 +84,8 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
         };
         reduce(&record, &options, model.clone()).map_err(|error| Failure::bad_input(format!("{run}: {error}")))
     };
-    let now = reduced(&asked)?;
-    let reported = (asked != made.without)
+    let now = reduced(&requested)?;
+    let reported = (requested != made.without)
         .then(|| reduced(&made.without))
         .transpose()?
         .map(|reduction| numbers(&reduction));
@@ -103,7 +103,7 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
             .map(|correction| Switch {
                 word: correction.as_str(),
                 what: what(correction),
-                on: !asked.contains(&correction),
+                on: !requested.contains(&correction),
                 on_in_report: !made.without.contains(&correction),
             })
             .collect(),

@@ -24,7 +24,7 @@ const DIGITS: usize = 5;
 /// What is asked; what is left out is as in the scene of the run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Asked {
+pub struct Variation {
     /// Distance of the sensor in mm.
     pub distance_mm: Option<f64>,
     /// Tilt about the sensor's x axis in degrees.
@@ -37,9 +37,9 @@ pub struct Asked {
 
 /// The light on the sensor there.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Lit {
+pub struct SensorLight {
     /// The pose and pixels that were lit.
-    pub asked: Stand,
+    pub requested: Stand,
     /// `W/m²`, or `lx` without a spectrum.
     pub unit: &'static str,
     /// Edges of the sensor in mm.
@@ -104,7 +104,7 @@ impl WhatIf {
     ///
     /// # Errors
     /// Bad input (exit 2) for a run without a model, a value out of its range, or a pose that cannot be lit.
-    pub fn lit(&self, run: &Utf8Path, asked: &Asked) -> Result<Lit, Failure> {
+    pub fn illuminated(&self, run: &Utf8Path, requested: &Variation) -> Result<SensorLight, Failure> {
         // One answer at a time: what is kept is whole, whatever a thread before did.
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let stamp = stamp(run);
@@ -116,7 +116,7 @@ impl WhatIf {
                 solved: None,
             }),
         };
-        let (scene, stand) = base.posed(asked)?;
+        let (scene, stand) = base.posed(requested)?;
         let pose = Stand {
             exposure_s: 0.0,
             ..stand
@@ -126,7 +126,7 @@ impl WhatIf {
             _ => solved.insert((pose, simulate::solve(&scene, Method::Inverse)?)),
         };
         let pixel = simulate::solve(&base.pixel(&scene, &stand), Method::Inverse)?;
-        Ok(told(&solved.1, &pixel.facts, stand, &base.by))
+        Ok(described(&solved.1, &pixel.facts, stand, &base.by))
     }
 }
 
@@ -167,7 +167,7 @@ impl Base {
     }
 
     /// The scene as asked, with few pixels.
-    fn posed(&self, asked: &Asked) -> Result<(Scene, Stand), Failure> {
+    fn posed(&self, requested: &Variation) -> Result<(Scene, Stand), Failure> {
         let mut scene = self.scene.clone();
         let sensor = &mut scene.sensor;
         let exposure_s = scene
@@ -176,12 +176,12 @@ impl Base {
             .as_ref()
             .map_or(EXPOSURE_S, |camera| camera.exposure_s);
         let stand = Stand {
-            distance_mm: asked.distance_mm.unwrap_or(sensor.pose.distance_mm),
-            tilt_x_deg: asked.tilt_x_deg.unwrap_or(sensor.pose.tilt_x_deg),
-            pitch_um: asked
+            distance_mm: requested.distance_mm.unwrap_or(sensor.pose.distance_mm),
+            tilt_x_deg: requested.tilt_x_deg.unwrap_or(sensor.pose.tilt_x_deg),
+            pitch_um: requested
                 .pitch_um
                 .unwrap_or(1000.0 * sensor.size_mm[0] / self.pixels[0] as f64),
-            exposure_s: asked.exposure_s.unwrap_or(exposure_s),
+            exposure_s: requested.exposure_s.unwrap_or(exposure_s),
         };
         for (name, value, low, high) in [
             ("distance_mm", stand.distance_mm, 1.0, 1e6),
@@ -197,7 +197,7 @@ impl Base {
         }
         sensor.pose.distance_mm = stand.distance_mm;
         sensor.pose.tilt_x_deg = stand.tilt_x_deg;
-        if asked.pitch_um.is_some() {
+        if requested.pitch_um.is_some() {
             sensor.size_mm = self.pixels.map(|pixels| pixels as f64 * stand.pitch_um / 1000.0);
         }
         // The statistics of single pixels are those of one pixel of the true pitch, computed apart.
@@ -210,8 +210,8 @@ impl Base {
     }
 
     /// One pixel of the true pitch in the middle, with the scene's camera.
-    fn pixel(&self, lit: &Scene, stand: &Stand) -> Scene {
-        let mut scene = lit.clone();
+    fn pixel(&self, illuminated: &Scene, stand: &Stand) -> Scene {
+        let mut scene = illuminated.clone();
         scene.sensor.pixels = [1, 1];
         scene.sensor.size_mm = [stand.pitch_um / 1000.0; 2];
         scene.optics.camera = self.scene.optics.camera;
@@ -227,11 +227,11 @@ fn lit_by(run: &Utf8Path) -> Utf8PathBuf {
     diagnosed::added(run).unwrap_or_else(|| reduced_model(run))
 }
 
-fn told(solved: &Simulation, pixel: &Facts, stand: Stand, by: &str) -> Lit {
+fn described(solved: &Simulation, pixel: &Facts, stand: Stand, by: &str) -> SensorLight {
     let facts = &solved.facts;
     let unit = facts.unit.symbol();
-    Lit {
-        asked: stand,
+    SensorLight {
+        requested: stand,
         unit,
         size_mm: facts.size_mm,
         mean: facts.mean,
@@ -247,7 +247,7 @@ fn told(solved: &Simulation, pixel: &Facts, stand: Stand, by: &str) -> Lit {
 }
 
 fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<StatedNumber> {
-    let said = |name: &str, value: String| StatedNumber {
+    let number = |name: &str, value: String| StatedNumber {
         name: name.to_owned(),
         value,
         reported: None,
@@ -255,9 +255,9 @@ fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<State
     let dose_unit = if unit == "lx" { "lx·s" } else { "J/m²" };
     let dose = stand.exposure_s * facts.mean;
     let mut numbers = vec![
-        said("mean", simulate::mean(facts)),
-        said("smallest ÷ mean", format!("{:.4}", facts.uniformity_min_over_mean)),
-        said(
+        number("mean", simulate::mean(facts)),
+        number("smallest ÷ mean", format!("{:.4}", facts.uniformity_min_over_mean)),
+        number(
             "exposure",
             facts.u_mean.map_or_else(
                 || format!("{} {dose_unit}, no uncertainty", significant(dose, 5)),
@@ -270,7 +270,7 @@ fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<State
         let area_m2 = (stand.pitch_um * 1e-6).powi(2);
         let count = photons * area_m2 * stand.exposure_s;
         let u_rel = facts.u_mean.map(|u| u / facts.mean);
-        numbers.push(said(
+        numbers.push(number(
             "photons a pixel, middle",
             u_rel.map_or_else(
                 || format!("{}, no uncertainty", significant(count, 4)),
@@ -279,7 +279,7 @@ fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<State
         ));
     }
     if let Some(camera) = &pixel.camera {
-        numbers.push(said(
+        numbers.push(number(
             "signal of the middle pixel",
             format!(
                 "{} electrons, {} DN",
@@ -288,7 +288,7 @@ fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<State
             ),
         ));
         if let Some(ratio) = camera.signal_to_noise {
-            numbers.push(said("signal to noise, middle pixel", significant(ratio, 3)));
+            numbers.push(number("signal to noise, middle pixel", significant(ratio, 3)));
         }
     }
     numbers
@@ -325,8 +325,8 @@ pub struct Rays {
 ///
 /// # Errors
 /// As [`WhatIf::lit`].
-pub fn convergence(run: &Utf8Path, asked: &Asked) -> Result<Convergence, Failure> {
-    let (scene, _) = Base::of(run)?.posed(asked)?;
+pub fn convergence(run: &Utf8Path, requested: &Variation) -> Result<Convergence, Failure> {
+    let (scene, _) = Base::of(run)?.posed(requested)?;
     let exact = simulate::solve(&scene, Method::Inverse)?.facts;
     let rays = (5..=12).map(|exponent| {
         let method = Method::Direct {

@@ -79,9 +79,9 @@ mod tests {
     use super::*;
 
     #[derive(Default)]
-    struct Said(RefCell<Vec<String>>);
+    struct Notes(RefCell<Vec<String>>);
 
-    impl Progress for Said {
+    impl Progress for Notes {
         fn event(&self, event: Event<'_>) {
             if let Event::Note(sentence) = event {
                 self.0.borrow_mut().push(sentence.to_owned());
@@ -91,9 +91,9 @@ mod tests {
 
     #[test]
     fn either_the_computer_is_kept_awake_or_somebody_reads_that_it_is_not() {
-        let said = Said::default();
-        let kept = keep_awake(true, &said);
-        let sentences = said.0.into_inner();
+        let stated = Notes::default();
+        let kept = keep_awake(true, &stated);
+        let sentences = stated.0.into_inner();
         match kept._until {
             Some(_) => assert!(sentences.is_empty(), "{sentences:?}"),
             None => assert!(
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn virtual_time_asks_for_nothing() {
-        let said = Said::default();
-        assert!(keep_awake(false, &said)._until.is_none() && said.0.into_inner().is_empty());
+        let stated = Notes::default();
+        assert!(keep_awake(false, &stated)._until.is_none() && stated.0.into_inner().is_empty());
     }
 }

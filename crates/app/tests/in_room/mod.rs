@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::init;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{Place, ScanJob, Target};
@@ -17,7 +17,7 @@ pub fn scanned(room: Darkroom, plan: &Plan) -> Run {
     let keep = tempfile::tempdir().unwrap();
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
-    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
+    let source = StationFiles::from_text(&station, calibration.as_deref()).unwrap();
     session::run(true, async {
         let session = Session::in_room(room, &Choice::default())?;
         let catalogue = Catalogue::new(session.links.clone());

@@ -12,8 +12,8 @@ use isolux_virtual::twins::{Choice, TWINS, TwinKind};
 use isolux_virtual::{AxisName, Instrument, VirtualRoom};
 
 /// Asks the twin at a link of the system, from another thread, as another program would.
-fn asked(twin: &'static TwinKind, how: Offer) -> identify::Asked {
-    let asked = session::run(false, async {
+fn requested(twin: &'static TwinKind, how: Offer) -> identify::PortReport {
+    let requested = session::run(false, async {
         let mut choice = Choice::default();
         choice.choose(twin.instrument, twin.driver).unwrap();
         let room = VirtualRoom::open_with(Darkroom::default(), &choice);
@@ -27,11 +27,11 @@ fn asked(twin: &'static TwinKind, how: Offer) -> identify::Asked {
         };
         let before = state();
         let asking = tokio::task::spawn_blocking(move || identify::identify(&[port]));
-        let asked = asking.await.unwrap()?.remove(0);
+        let requested = asking.await.unwrap()?.remove(0);
         assert_eq!(state(), before, "{}: nothing moves", twin.driver);
-        Ok(asked)
+        Ok(requested)
     });
-    asked.unwrap()
+    requested.unwrap()
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn every_twin_is_found_by_its_driver_and_by_no_other_language() {
                 continue;
             }
             scope.spawn(move || {
-                let found = asked(twin, Offer::Tcp { port: 0 });
+                let found = requested(twin, Offer::Tcp { port: 0 });
                 assert_eq!(found.error, None, "{found:?}");
                 let drivers: Vec<&str> = found.found.iter().map(|answered| answered.driver).collect();
                 assert!(drivers.contains(&twin.driver), "{}: {found:?}", twin.driver);
@@ -59,7 +59,7 @@ fn every_twin_is_found_by_its_driver_and_by_no_other_language() {
 #[test]
 fn a_pseudo_terminal_is_asked_and_its_settings_are_stated() {
     let twin = TWINS.iter().find(|twin| twin.driver == "konica-t10a").unwrap();
-    let found = asked(twin, Offer::Pty);
+    let found = requested(twin, Offer::Pty);
     let [answered] = &found.found[..] else {
         panic!("{found:?}")
     };
@@ -77,19 +77,19 @@ fn a_pseudo_terminal_is_asked_and_its_settings_are_stated() {
 
 #[test]
 fn what_cannot_be_asked_says_why() {
-    let said = |port: &str| identify::identify(&[port.to_owned()]).unwrap().remove(0).error.unwrap();
+    let stated = |port: &str| identify::identify(&[port.to_owned()]).unwrap().remove(0).error.unwrap();
     assert!(
-        said("/dev/ttyNONE7").contains("isolux devices"),
+        stated("/dev/ttyNONE7").contains("isolux devices"),
         "{}",
-        said("/dev/ttyNONE7")
+        stated("/dev/ttyNONE7")
     );
-    assert!(said("usb:serial=1").contains("by their ids"));
-    assert!(said("modbus-tcp://127.0.0.1:502").contains("serial ports"));
+    assert!(stated("usb:serial=1").contains("by their ids"));
+    assert!(stated("modbus-tcp://127.0.0.1:502").contains("serial ports"));
 }
 
 #[test]
 fn a_port_that_somebody_has_is_not_asked() {
-    let asked = session::run(false, async {
+    let requested = session::run(false, async {
         let room = VirtualRoom::open(Darkroom::default());
         let (outlets, _serving) = offer(&room, &[Instrument::Luxmeter], Offer::Pty).await.unwrap();
         let port = outlets[0].address.clone();
@@ -99,11 +99,11 @@ fn a_port_that_somebody_has_is_not_asked() {
         let asking = tokio::task::spawn_blocking(move || identify::identify(&[port]));
         Ok(asking.await.unwrap()?.remove(0))
     });
-    let asked = asked.unwrap();
-    let error = asked.error.unwrap();
+    let requested = requested.unwrap();
+    let error = requested.error.unwrap();
     let pid = format!("{}", std::process::id());
     assert!(
-        error.contains(&pid) && asked.tried.is_empty(),
+        error.contains(&pid) && requested.tried.is_empty(),
         "it names the process: {error}"
     );
 }

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session;
 use isolux_app::scan::{Place, ScanJob, Target};
@@ -31,9 +31,10 @@ use isolux_virtual::twins::{Choice, TWINS, TwinKind};
 use isolux_virtual::{Instrument, Serving, VirtualRoom, station};
 use tempfile::TempDir;
 
-/// A room without flaws, whose T-10A and Modbus meter integrate 20 ms, whose axes take little time, and whose rail
-/// stands where the plan wants it.
-const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[flaws]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n[axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
+/// A room without injected effects, whose T-10A and Modbus meter integrate 20 ms, whose axes take little time, and
+/// whose rail stands where the plan wants it.
+const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[injected_effects]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n\
+    [axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
                     [axis.gamma]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n";
 
 /// So many points of light and a spectrum, and where there is time for it a reading behind the shutter.
@@ -70,7 +71,7 @@ fn hasty(station: &str) -> String {
 }
 
 /// Scans with the instruments of `source` behind `links`.
-async fn scanned(source: &Source, links: Arc<dyn Links>, plan: &Plan) -> Result<Run, Failure> {
+async fn scanned(source: &StationFiles, links: Arc<dyn Links>, plan: &Plan) -> Result<Run, Failure> {
     let keep = tempfile::tempdir().unwrap();
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let mut devices = source.open(&Catalogue::new(links)).await?;
@@ -92,7 +93,7 @@ async fn scanned(source: &Source, links: Arc<dyn Links>, plan: &Plan) -> Result<
 fn expected(plan: &Plan) -> Run {
     let run = session::run(true, async {
         let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
-        let source = Source::from_text(&hasty(&station), calibration.as_deref()).unwrap();
+        let source = StationFiles::from_text(&hasty(&station), calibration.as_deref()).unwrap();
         let session = session::Session::in_room(Darkroom::parse(FAST).unwrap(), &Choice::default()).unwrap();
         scanned(&source, session.links.clone(), plan).await
     });
@@ -100,7 +101,7 @@ fn expected(plan: &Plan) -> Run {
 }
 
 /// The room with `twin` in it, its instruments on links of the system, and the station for them.
-async fn served(twin: &TwinKind, how: Offer) -> (VirtualRoom, Source, (Serving, TempDir)) {
+async fn served(twin: &TwinKind, how: Offer) -> (VirtualRoom, StationFiles, (Serving, TempDir)) {
     let mut choice = Choice::default();
     choice.choose(twin.instrument, twin.driver).unwrap();
     let document = Darkroom::parse(FAST).unwrap();
@@ -114,7 +115,7 @@ async fn served(twin: &TwinKind, how: Offer) -> (VirtualRoom, Source, (Serving, 
     let text = station::station(&document, &outlets).replace("u32-thousandths", profile.to_str().unwrap());
     assert!(text.contains(&format!("\"{}:", twin.driver)), "{text}");
     let calibration = station::calibration(&isolux_darkroom::Room::new(document), &outlets);
-    let source = Source::from_text(&hasty(&text), calibration.as_deref()).unwrap();
+    let source = StationFiles::from_text(&hasty(&text), calibration.as_deref()).unwrap();
     (room, source, (serving, folder))
 }
 
@@ -168,11 +169,11 @@ fn same(twin: &TwinKind, found: &Run, expected: &Run) {
 
 #[test]
 fn every_twin_scans_over_a_real_link() {
-    let asked = std::env::var("ISOLUX_REAL_LINKS").ok();
-    let asked: Option<usize> = asked.map(|text| text.parse().expect("a number of points"));
+    let requested = std::env::var("ISOLUX_REAL_LINKS").ok();
+    let requested: Option<usize> = requested.map(|text| text.parse().expect("a number of points"));
     std::thread::scope(|scope| {
         let scans = TWINS.iter().zip(0..).map(|(twin, number)| {
-            let points = asked.unwrap_or_else(|| affordable(twin));
+            let points = requested.unwrap_or_else(|| affordable(twin));
             // Half of them on pseudo-terminals, half over TCP.
             let (link, how) = match number % 2 {
                 0 => ("pty", Offer::Pty),

@@ -4,7 +4,7 @@
 use camino::Utf8PathBuf;
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session;
 use isolux_app::scan::{Place, ScanJob, Target};
@@ -27,7 +27,7 @@ fn scanned(instrument: &str, at_s: f64) -> (Result<f64, Failure>, Option<Run>) {
     let ended = session::run(true, async {
         let choice = Choice::default();
         let (station, calibration) = init::virtual_station(&choice).unwrap();
-        let source = Source::from_text(&hasty(&station), calibration.as_deref()).unwrap();
+        let source = StationFiles::from_text(&hasty(&station), calibration.as_deref()).unwrap();
         let session = session::Session::in_room(Darkroom::parse(&text).unwrap(), &choice).unwrap();
         let mut devices = source.open(&Catalogue::new(session.links.clone())).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
@@ -61,13 +61,13 @@ fn unplugged_at_any_moment_it_says_who_and_what_to_do() {
             // What is not needed any more is not missed.
             let Err(failure) = ended else { continue };
             failures += 1;
-            let said = format!("{instrument} at {at_s:.1} s: {failure:?}");
-            assert_eq!(failure.kind, FailureKind::Instrument, "{said}");
-            assert!(failure.message.contains(word), "{said}");
-            assert!(failure.help.is_some(), "{said}");
+            let stated = format!("{instrument} at {at_s:.1} s: {failure:?}");
+            assert_eq!(failure.kind, FailureKind::Instrument, "{stated}");
+            assert!(failure.message.contains(word), "{stated}");
+            assert!(failure.help.is_some(), "{stated}");
             if let Some(stopped) = run.and_then(|run| run.header.stopped) {
                 let expected = (StopHow::Failed, instrument != "axes");
-                assert_eq!((stopped.how, stopped.axes_at_rest), expected, "{said}");
+                assert_eq!((stopped.how, stopped.axes_at_rest), expected, "{stated}");
             }
         }
         assert!(failures >= 4, "{instrument}: {failures} of {MOMENTS}");

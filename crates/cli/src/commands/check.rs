@@ -30,7 +30,7 @@ pub struct Check {
 
 /// Runs the command.
 pub fn run(arguments: &Check) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.overwrite);
+    let overwrite = Overwrite::requested(arguments.overwrite);
     let force = arguments.takeover.reason();
     let report = check::run(
         &arguments.station,

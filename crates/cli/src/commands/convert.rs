@@ -141,7 +141,7 @@ enum How {
 
 /// Runs the command.
 pub fn run(arguments: &Convert) -> Result<(), Failure> {
-    let asked = Options {
+    let requested = Options {
         read: arguments.reading.options(),
         write: WriteOptions {
             edition: arguments.edition.clone(),
@@ -163,8 +163,8 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
             (step_nm, how)
         }),
     };
-    let overwrite = Overwrite::asked(arguments.force);
-    let (inspection, result) = convert::run(&arguments.source, &arguments.target, &asked, overwrite);
+    let overwrite = Overwrite::requested(arguments.force);
+    let (inspection, result) = convert::run(&arguments.source, &arguments.target, &requested, overwrite);
     if let Some(inspection) = inspection {
         if arguments.json {
             screen::say(serde_json::to_string(&inspection).map_err(Failure::instrument)?)?;

@@ -72,8 +72,8 @@ pub fn run(arguments: &Devices) -> Result<(), Failure> {
 
 /// Asks the ports; exit 3 where one could not be asked.
 fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
-    let asked = identify::identify(ports)?;
-    for port in &asked {
+    let requested = identify::identify(ports)?;
+    for port in &requested {
         if json {
             screen::say(serde_json::to_string(port).map_err(Failure::instrument)?)?;
             continue;
@@ -89,7 +89,7 @@ fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
             screen::say(format_args!("  {:16} {tried}", "asked with"))?;
         }
     }
-    match asked.iter().find_map(|port| port.error.as_ref()) {
+    match requested.iter().find_map(|port| port.error.as_ref()) {
         Some(error) => Err(Failure::instrument(error)),
         None => Ok(()),
     }

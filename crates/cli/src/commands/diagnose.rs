@@ -41,14 +41,14 @@ pub struct Diagnose {
 
 /// Runs the command.
 pub fn run(arguments: &Diagnose) -> Result<(), Failure> {
-    let request = diagnose::Request {
+    let request = diagnose::DiagnoseRequest {
         model: arguments.model.clone(),
         observations: arguments.observations.clone(),
         out: arguments.out.clone(),
         held_out: arguments.held_out.clone(),
         seed: arguments.seed,
         accept: arguments.accept,
-        overwrite: Overwrite::asked(arguments.force),
+        overwrite: Overwrite::requested(arguments.force),
     };
     let answer = diagnose::run(&request, &screen::Bars::default())?;
     if arguments.json {

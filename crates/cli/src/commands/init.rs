@@ -44,8 +44,8 @@ pub struct Init {
     /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
     #[arg(long, default_value = "near", value_parser = ["near", "published-10m"])]
     plan: String,
-    /// Write them for the luminaire of a photometric file (.ldt, .ies, …): a virtual room with that lamp, and a plan for
-    /// its symmetry and beam.
+    /// Write them for the luminaire of a photometric file (.ldt, .ies, …): a virtual room with that lamp, and a plan
+    /// for its symmetry and beam.
     #[arg(long, value_name = "FILE", requires = "folder", conflicts_with_all = ["room", "plan"])]
     lamp: Option<Utf8PathBuf>,
     /// Read the distribution while γ moves: minutes from a stable lamp in place of hours. Instruments that are not
@@ -74,17 +74,17 @@ pub struct Init {
 
 /// Runs the command.
 pub fn run(arguments: &Init) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     if let Some(file) = &arguments.bench {
         isolux_app::files::refuse_existing(file, overwrite)?;
         let parts = match arguments.open.as_slice() {
-            [] => asked(file)?,
+            [] => requested(file)?,
             named => named
                 .iter()
                 .map(|text| named_part(text, file))
                 .collect::<Result<_, _>>()?,
         };
-        return told(&init::bench(file, &parts, overwrite)?, arguments.json);
+        return described(&init::bench(file, &parts, overwrite)?, arguments.json);
     }
     let room = arguments.room.as_ref().filter(|room| *room != "-");
     if let Some(room) = room {
@@ -119,10 +119,10 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         (None, Some(_)) => screen::say(init::ROOM.trim_end())?,
         (None, None) => {}
     }
-    told(&written, arguments.json)
+    described(&written, arguments.json)
 }
 
-fn told(written: &[Utf8PathBuf], json: bool) -> Result<(), Failure> {
+fn described(written: &[Utf8PathBuf], json: bool) -> Result<(), Failure> {
     if json {
         return screen::say(serde_json::json!({ "written": written }));
     }
@@ -138,7 +138,7 @@ fn named_part(text: &str, file: &Utf8Path) -> Result<Part, Failure> {
 }
 
 /// Asks for one part after the other what it is; an empty answer leaves the twin.
-fn asked(file: &Utf8Path) -> Result<Vec<Part>, Failure> {
+fn requested(file: &Utf8Path) -> Result<Vec<Part>, Failure> {
     if !std::io::stdin().is_terminal() {
         return Err(Failure::bad_input("--bench asks on a terminal, and this is none")
             .help("name the parts, as --open axis.c=zaber:/dev/ttyUSB0?axis=1"));

@@ -44,7 +44,7 @@ pub struct Inspect {
 
 /// Runs the command.
 pub fn run(arguments: &Inspect) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     let meter = arguments
         .meter
         .as_ref()

@@ -49,7 +49,7 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
                 .help("run it at a terminal, or give --yes"),
         );
     }
-    let asked = investigate::Investigation {
+    let requested = investigate::Investigation {
         station: arguments.station.clone(),
         model: arguments.model.clone(),
         run: arguments.run.clone(),
@@ -62,7 +62,7 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
     let person = terminal.operator();
     let person = person.as_ref().map(|operator| operator as &dyn Operator);
     let go = |question: &str| arguments.yes || asks(question, &terminal);
-    let (answer, runs) = investigate::run(&asked, person, &go, &terminal.control(), &Bars::default())?;
+    let (answer, runs) = investigate::run(&requested, person, &go, &terminal.control(), &Bars::default())?;
     if arguments.json {
         screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?)?;
     } else {

@@ -146,20 +146,20 @@ pub fn move_to(arguments: &Move) -> Result<(), Failure> {
 
 /// Runs `switch`.
 pub fn switch(arguments: &Switch) -> Result<(), Failure> {
-    let asked = [
+    let requested = [
         (Output::Lamp, &arguments.lamp),
         (Output::Shutter, &arguments.shutter),
         (Output::Baffle, &arguments.baffle),
         (Output::Supply, &arguments.supply),
     ];
     let on = |word: &String| matches!(word.as_str(), "on" | "open" | "in");
-    let asked: Vec<(Output, bool)> = asked
+    let requested: Vec<(Output, bool)> = requested
         .into_iter()
         .filter_map(|(output, word)| Some((output, on(word.as_ref()?))))
         .collect();
     let states = manual::switch(
         &arguments.station,
-        &asked,
+        &requested,
         arguments.takeover.reason(),
         &Bars::default(),
     )?;

@@ -32,7 +32,7 @@ pub struct Predict {
 
 /// Runs the command.
 pub fn run(arguments: &Predict) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     let predicted = predict::run(&arguments.model, &arguments.observations, &arguments.out, overwrite)?;
     if arguments.json {
         screen::say(serde_json::to_string(&predicted).map_err(Failure::instrument)?)?;

@@ -92,8 +92,8 @@ pub fn place(file: &str, place: &Place) -> String {
         text.push_str(&format!(":{number}"));
     }
     text.push_str(": also");
-    for said in [&place.message, &place.raw].into_iter().flatten() {
-        text.push_str(&format!(": {said}"));
+    for stated in [&place.message, &place.raw].into_iter().flatten() {
+        text.push_str(&format!(": {stated}"));
     }
     text
 }

@@ -39,10 +39,10 @@ pub struct Reduce {
 
 /// Runs the command.
 pub fn run(arguments: &Reduce) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     let reduced = reduce::run(
         &arguments.run,
-        &reduce::Request {
+        &reduce::ReduceRequest {
             out: arguments.out.as_deref(),
             without: &arguments.without,
             with: arguments.with.as_deref(),

@@ -32,7 +32,7 @@ pub struct Report {
 
 /// Runs the command.
 pub fn run(arguments: &Report) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     let job = arguments.job.as_deref();
     let progress = screen::Bars::default();
     let out = arguments.out.as_deref();

@@ -46,7 +46,7 @@ pub struct Run {
 
 /// Runs the command.
 pub fn run(arguments: &Run) -> Result<(), Failure> {
-    let asked = day::Options {
+    let requested = day::Options {
         job: arguments.job.clone(),
         plan: arguments.plan.as_deref().and_then(DayPlan::named).unwrap_or_default(),
         out: arguments.resume.clone().or_else(|| arguments.out.clone()),
@@ -62,14 +62,14 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         .as_ref()
         .map(|operator| operator as &dyn isolux_app::scan::Operator);
     if !arguments.open {
-        return say(&day::run(&asked, operator, &control, &screen::Bars::default())?);
+        return say(&day::run(&requested, operator, &control, &screen::Bars::default())?);
     }
     control.pace = arguments.address.pace();
-    let folder = asked.out.as_deref().and_then(Utf8Path::parent);
+    let folder = requested.out.as_deref().and_then(Utf8Path::parent);
     let folder = folder
         .filter(|folder| !folder.as_str().is_empty())
         .unwrap_or(Utf8Path::new("."));
-    let work = |progress: &dyn Progress| day::run(&asked, operator, &control, progress);
+    let work = |progress: &dyn Progress| day::run(&requested, operator, &control, progress);
     let (day, page) = serve::beside(&arguments.address, folder, &control, work)?;
     say(&day)?;
     page.until_nobody_looks()

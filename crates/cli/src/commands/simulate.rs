@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
 use isolux_app::simulation::scene::Changes;
-use isolux_app::simulation::simulate::{self, Accuracy, Facts, Method, Request};
+use isolux_app::simulation::simulate::{self, Accuracy, Facts, Method, SimulateRequest};
 
 use super::count;
 use crate::screen::{self, Bars};
@@ -113,10 +113,10 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
         }
         _ => None,
     };
-    let request = Request {
+    let request = SimulateRequest {
         input: arguments.input.clone(),
         out: arguments.out.clone(),
-        overwrite: Overwrite::asked(arguments.force),
+        overwrite: Overwrite::requested(arguments.force),
         method,
         changes: Changes {
             spectrum: arguments.spectrum.clone(),

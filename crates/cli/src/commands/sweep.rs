@@ -49,7 +49,7 @@ pub struct Merge {
 
 /// Runs `sweep`.
 pub fn run(arguments: &Sweep) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     let points = sweep::run(
         &arguments.file,
         &arguments.out,
@@ -62,7 +62,7 @@ pub fn run(arguments: &Sweep) -> Result<(), Failure> {
 
 /// Runs `merge`.
 pub fn merge(arguments: &Merge) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force);
     let points = sweep::merge(&arguments.shards, &arguments.out, overwrite)?;
     say(&arguments.out, points, arguments.json)
 }

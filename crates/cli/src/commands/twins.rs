@@ -41,7 +41,8 @@ enum What {
 #[command(
     after_help = "Example: isolux virtual darkroom darkroom.toml --tcp 0 --station-out station.toml\n\
 Each twin is offered on a pty, or with --tcp on the loopback address. A darkroom.toml holds the seed, the lamp, the \
-instruments, their faults and their flaws; without one it is the built-in darkroom. Ends with 130 when interrupted.\n\n\
+instruments, their faults and their injected effects; without one it is the built-in darkroom. Ends with 130 when \
+interrupted.\n\n\
 With --faults, lines on standard input are faults from then on: `luxmeter silent`, `luxmeter late delay_s=0.8 for_s=10`, \
 `axes flip_bit probability=0.2 for_s=60`, `axes stall at_s=5`. Kinds: drop_byte, flip_bit, wrong_digit, late, double, silent, \
 disconnect; stall, alarm (axes); saturate (meters). Without for_s a fault happens once; disconnect and saturate last. `clear` ends all of them."
@@ -186,7 +187,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
             arguments.darkroom.as_deref(),
             &arguments.played.instruments(),
             station,
-            Overwrite::asked(arguments.force),
+            Overwrite::requested(arguments.force),
             &screen::Bars::default(),
         )?;
         screen::say(format_args!("{:18} {station}", "station"))?;
@@ -199,18 +200,18 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         ),
         None => None,
     };
-    let asked = twins::Options {
+    let requested = twins::Options {
         darkroom: arguments.darkroom.clone(),
         twins,
         instruments: arguments.played.instruments(),
         tcp_port: arguments.tcp,
         usbip_port: arguments.usbip,
         station_out: arguments.station_out.clone(),
-        overwrite: Overwrite::asked(arguments.force),
+        overwrite: Overwrite::requested(arguments.force),
         faults: arguments.faults,
         lasts,
     };
-    twins::serve(&asked, &screen::Bars::default(), |reachable| {
+    twins::serve(&requested, &screen::Bars::default(), |reachable| {
         for twin in reachable {
             match serde_json::to_string(twin) {
                 Ok(line) if arguments.json => screen::say(line)?,
@@ -238,7 +239,7 @@ fn capture(arguments: &Capture) -> Result<(), Failure> {
     if bins.is_some_and(|bins| bins.contains(&0)) {
         return Err(Failure::bad_input("--bins must be above zero"));
     }
-    let asked = capture::Options {
+    let requested = capture::Options {
         unit: match arguments.unit {
             UnitName::Relative => CaptureUnit::Relative,
             UnitName::Lx => CaptureUnit::Lux,
@@ -254,10 +255,10 @@ fn capture(arguments: &Capture) -> Result<(), Failure> {
             }
         },
         exposure: arguments.exposure,
-        overwrite: Overwrite::asked(arguments.force),
+        overwrite: Overwrite::requested(arguments.force),
     };
     let bars = screen::Bars::default();
-    let captured = capture::capture(&arguments.darkroom, &arguments.scene, &arguments.out, &asked, &bars)?;
+    let captured = capture::capture(&arguments.darkroom, &arguments.scene, &arguments.out, &requested, &bars)?;
     if arguments.json {
         let facts = serde_json::json!({ "maps": captured.maps, "bins": captured.bins, "unit": captured.unit, "mean": captured.mean });
         screen::say(facts)?;

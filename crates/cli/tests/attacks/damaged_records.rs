@@ -128,7 +128,7 @@ impl Days {
             (["report", "damaged", "--out", "page.html"], false),
         ] {
             let output = self.run(&arguments);
-            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            let stated = String::from_utf8_lossy(&output.stderr).into_owned();
             let command = arguments[0];
             match output.status.code() {
                 Some(0) if reduces => assert_eq!(self.numbers(&output), self.flux, "{command}, {file} {what}"),
@@ -137,10 +137,10 @@ impl Days {
                     refused += 1;
                     // A folder of copies is named with any of its files.
                     let folder = Path::new(file).parent().and_then(Path::to_str).unwrap_or_default();
-                    let named = said.contains(name) || !folder.is_empty() && said.contains(folder);
-                    assert!(named, "{command}, {file} {what}: {said}");
+                    let named = stated.contains(name) || !folder.is_empty() && stated.contains(folder);
+                    assert!(named, "{command}, {file} {what}: {stated}");
                 }
-                other => panic!("{command}, {file} {what}: {other:?} {said}"),
+                other => panic!("{command}, {file} {what}: {other:?} {stated}"),
             }
         }
         if refused == 0 { Verdict::Same } else { Verdict::Refused }
@@ -199,8 +199,8 @@ fn rows_and_pixels_that_are_lost_are_named_and_can_be_read_again() {
         days.folder.write(&damaged, &lines[..kept].concat());
         assert_eq!(days.judge(file, "cut"), Verdict::Refused);
         // The advice ends the matter: one command, no circle.
-        let said = days.folder.isolux(&["run", "--resume", "damaged"], 2);
-        assert!(said.contains("isolux run --resume damaged --reread"), "{said}");
+        let stated = days.folder.isolux(&["run", "--resume", "damaged"], 2);
+        assert!(stated.contains("isolux run --resume damaged --reread"), "{stated}");
     }
     days.restore();
     let text = days.folder.read("damaged/readings.csv");
@@ -219,8 +219,11 @@ fn rows_and_pixels_that_are_lost_are_named_and_can_be_read_again() {
         days.folder.read("damaged/damaged-1/readings.csv").lines().count(),
         lines.len() - 4
     );
-    let said = days.folder.isolux(&["reduce", "damaged", "--out", "again"], 0);
-    assert!(said.contains("was read again") && said.contains("damaged-1"), "{said}");
+    let stated = days.folder.isolux(&["reduce", "damaged", "--out", "again"], 0);
+    assert!(
+        stated.contains("was read again") && stated.contains("damaged-1"),
+        "{stated}"
+    );
 }
 
 /// One damage, in words.

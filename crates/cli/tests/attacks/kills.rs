@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rand::RngExt as _;
 
-use crate::folder::said;
+use crate::folder::stated;
 use crate::support::{Bench, LONG_PLAN, ended, hear_hangups, moment, random, rounds, signal, wait_until};
 
 /// Signals that the program can answer.
@@ -25,7 +25,7 @@ fn every_signal_stops_the_axes_and_says_so_in_the_record() {
         bench.wait_for_rows("run", before + 2);
         wait_until("an axis moves", || bench.moves(1) || bench.moves(2));
         signal(&scan, name);
-        let words = said(ended(scan), Some(130));
+        let words = stated(ended(scan), Some(130));
         assert!(
             words.contains(&format!("SIG{name}")) && words.contains("--resume"),
             "{words}"
@@ -85,7 +85,7 @@ fn killed_again_and_again_it_comes_to_its_end() {
             begun = bench.path("run/run.toml").exists();
         }
         let how = if begun { "--resume" } else { "--out" };
-        said(bench.scan(how, "run").wait_with_output().unwrap(), Some(0));
+        stated(bench.scan(how, "run").wait_with_output().unwrap(), Some(0));
         bench.assert_complete("run");
         bench.assert_true("run");
     }

@@ -14,7 +14,7 @@ mod folder;
 mod support;
 
 mod damaged_records;
-mod hands;
+mod interference;
 mod kills;
 mod second_process;
 mod sleeps;

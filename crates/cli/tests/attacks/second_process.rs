@@ -9,7 +9,7 @@
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use crate::folder::said;
+use crate::folder::stated;
 use crate::support::{Bench, LONG_PLAN, ended, moment, random, rounds, signal, wait_until};
 
 /// The axes of this station creep: a whole turn takes minutes, so that a stop meets them far from where they were sent.
@@ -84,7 +84,7 @@ fn nobody_else_gets_at_a_bench_that_is_scanned() {
         // The scan goes on as if nobody had asked.
         bench.wait_for_rows("run", bench.rows("run").len() + 2);
         signal(&scan, "TERM");
-        said(ended(scan), Some(130));
+        stated(ended(scan), Some(130));
         bench.assert_once("run");
         bench.assert_true("run");
         bench.assert_at_rest();
@@ -106,8 +106,8 @@ fn of_two_scans_that_begin_at_once_no_row_is_wrong() {
         let won = usize::from(ended[0].status.code() != Some(0));
         let [a, b] = ended;
         let (winner, loser) = if won == 0 { (a, b) } else { (b, a) };
-        said(winner, Some(0));
-        let words = said(loser, Some(3));
+        stated(winner, Some(0));
+        let words = stated(loser, Some(3));
         assert!(words.contains("in use by"), "{words}");
         let run = ["a", "b"][won];
         assert!(!bench.path(["b", "a"][won]).exists(), "the other wrote nothing");
@@ -126,7 +126,7 @@ fn stop_ends_a_scan_that_works_and_the_scan_says_so() {
         bench.wait_for_rows("run", before + 2);
         let words = bench.isolux(&["stop", "station.toml"], 0);
         assert!(words.contains("at rest") && words.contains("and ended"), "{words}");
-        let words = said(ended(scan), Some(130));
+        let words = stated(ended(scan), Some(130));
         assert!(words.contains("SIGTERM"), "{words}");
         bench.assert_at_rest();
         bench.assert_stopped("run", "interrupted");
@@ -150,7 +150,7 @@ fn stop_gets_through_while_its_owner_is_suspended_and_the_owner_drives_no_more()
     assert_stopped_short(&bench);
     // It has the signal and the link still, and no right to use it.
     signal(&mover, "CONT");
-    let words = said(mover.wait_with_output().unwrap(), Some(3));
+    let words = stated(mover.wait_with_output().unwrap(), Some(3));
     assert!(words.contains("taken over"), "{words}");
     assert_stopped_short(&bench);
     bench.isolux(&["read", "station.toml"], 0);
@@ -187,7 +187,7 @@ fn a_scan_that_hangs_is_taken_over_with_a_reason_and_writes_nothing_more() {
         }
         std::thread::sleep(Duration::from_millis(200));
     };
-    said(taker, Some(0));
+    stated(taker, Some(0));
     bench.assert_complete("run");
     let before = ["run.toml", "readings.csv", "events.jsonl"].map(|file| bench.read(&format!("run/{file}")));
     assert!(
@@ -196,7 +196,7 @@ fn a_scan_that_hangs_is_taken_over_with_a_reason_and_writes_nothing_more() {
         before[2]
     );
     signal(&hung, "CONT");
-    said(hung.wait_with_output().unwrap(), Some(3));
+    stated(hung.wait_with_output().unwrap(), Some(3));
     let after = ["run.toml", "readings.csv", "events.jsonl"].map(|file| bench.read(&format!("run/{file}")));
     assert_eq!(before, after);
     bench.assert_true("run");

@@ -1,5 +1,5 @@
-//! The process is stopped (SIGSTOP, as when a computer sleeps) at any moment of a scan, for longer than any instrument's
-//! deadline. It is noticed and said, nobody is blamed, and the record is that of an undisturbed scan.
+//! The process is stopped (SIGSTOP, as when a computer sleeps) at any moment of a scan, for longer than any
+//! instrument's deadline. It is noticed and said, nobody is blamed, and the record is that of an undisturbed scan.
 //!
 //!     ISOLUX_ATTACK_ROUNDS=50 cargo test -p isolux --test attacks sleeps -- --nocapture     # 1 s to 120 s, 13 min
 
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use rand::RngExt as _;
 
-use crate::folder::said;
+use crate::folder::stated;
 use crate::support::{Bench, moment, random, rounds, signal};
 
 /// Scans that run side by side: they wait more than they compute.
@@ -59,7 +59,7 @@ fn one_round(round: u64, count: u64) -> u64 {
     signal(&scan, "STOP");
     std::thread::sleep(Duration::from_secs_f64(length_s));
     signal(&scan, "CONT");
-    let words = said(scan.wait_with_output().unwrap(), Some(0));
+    let words = stated(scan.wait_with_output().unwrap(), Some(0));
     assert!(!words.contains("no answer"), "{what}: {words}");
     bench.assert_complete("run");
     bench.assert_true("run");

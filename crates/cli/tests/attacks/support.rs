@@ -15,7 +15,7 @@ use crate::folder::Folder;
 
 /// Fast axes, and a lamp whose distribution is known in closed form: flux (n + 1) ÷ 2π · cosⁿ γ at every C.
 const ROOM: &str = r#"format = "isolux-darkroom/1"
-[flaws]
+[injected_effects]
 only = true
 [bench]
 distance_mm = 1000.0

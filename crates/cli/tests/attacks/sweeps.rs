@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use crate::folder::said;
+use crate::folder::stated;
 use crate::support::{Bench, moment, random, rounds, signal, wait_until};
 
 /// Seven sweeps of eight half-planes at 30 °/s, and ten directions at rest: a minute in real time.
@@ -43,8 +43,8 @@ fn sweeps(bench: &Bench, run: &str) -> Vec<String> {
 fn gamma_deg(bench: &Bench) -> f64 {
     let answer = bench.tell_axes("1 2 get pos");
     // A checksum may follow behind a colon.
-    let said = answer.split_whitespace().last().unwrap().split(':').next().unwrap();
-    let counts: f64 = said.parse().unwrap_or_else(|_| panic!("{answer}"));
+    let stated = answer.split_whitespace().last().unwrap().split(':').next().unwrap();
+    let counts: f64 = stated.parse().unwrap_or_else(|_| panic!("{answer}"));
     counts / counts_per_deg(&bench.read("station.toml"))
 }
 
@@ -85,7 +85,7 @@ fn killed_in_a_sweep_at_most_that_sweep_is_made_again() {
         let cut = sweeps(&bench, "run");
         assert!((made..SWEEPS).contains(&cut.len()), "{}", cut.len());
 
-        said(bench.scan("--resume", "run").wait_with_output().unwrap(), Some(0));
+        stated(bench.scan("--resume", "run").wait_with_output().unwrap(), Some(0));
         bench.assert_at_rest();
         bench.assert_stopped("run", "completed");
         let whole = sweeps(&bench, "run");

@@ -5,8 +5,8 @@ use crate::support::Bench;
 #[test]
 fn a_scan_that_nobody_disturbs_is_complete_and_right() {
     let bench = Bench::new();
-    let said = bench.isolux(&["scan", "station.toml", "plan.toml", "--out", "run"], 0);
-    assert!(said.contains("6 points"), "{said}");
+    let stated = bench.isolux(&["scan", "station.toml", "plan.toml", "--out", "run"], 0);
+    assert!(stated.contains("6 points"), "{stated}");
     bench.assert_complete("run");
     bench.assert_true("run");
     bench.assert_at_rest();

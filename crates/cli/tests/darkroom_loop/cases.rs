@@ -1,6 +1,6 @@
 //! What is wrong with each room, and what an honest diagnosis may say of it.
 
-/// One flaw of a room.
+/// One injected effect of a room.
 pub struct Case {
     /// The effect's name in `darkroom.toml` and in model files.
     pub name: &'static str,
@@ -14,7 +14,7 @@ const fn case(name: &'static str, keys: &'static [(&'static str, f64)], twins: &
     Case { name, keys, twins }
 }
 
-/// Flaws of bench, path and lamp, seen by the lux meter.
+/// Injected effects of bench, path and lamp, seen by the lux meter.
 pub const READINGS: &[Case] = &[
     case("gamma_zero", &[("offset_deg", 0.1)], &[]),
     case("c_zero", &[("offset_deg", 3.0)], &[]),
@@ -43,7 +43,7 @@ pub const READINGS: &[Case] = &[
     case("air_absorption", &[("coefficient_per_m", 0.01)], &[]),
 ];
 
-/// Flaws of camera and lamp, seen by the camera.
+/// Injected effects of camera and lamp, seen by the camera.
 pub const CAMERA: &[Case] = &[
     case("sensor_tilt", &[("angle_deg", 1.0), ("azimuth_deg", 50.0)], &[]),
     case("sensor_axial", &[("offset_mm", 2.0)], &[]),

@@ -1,6 +1,6 @@
-//! The loop that the program is for, closed in the virtual darkroom by its own commands: a flaw is switched on in the
-//! room, the twins are scanned or photographed, the record is diagnosed against a model from a healthy room, and the
-//! model with the named effect is held against what a camera records in the flawed room.
+//! The loop that the program is for, closed in the virtual darkroom by its own commands: an injected effect is
+//! switched on in the room, the twins are scanned or photographed, the record is diagnosed against a model from a
+//! healthy room, and the model with the named effect is held against what a camera records in the disturbed room.
 //!
 //!     cargo test --release -p isolux --test darkroom_loop -- --ignored --nocapture
 //!
@@ -18,7 +18,7 @@ use cases::{CAMERA, Case, READINGS};
 use workshop::{Thoroughness, Workshop};
 
 #[test]
-fn a_flawed_bench_is_named_and_its_luminaire_corrected() {
+fn a_disturbed_bench_is_named_and_its_luminaire_corrected() {
     let workshop = Workshop::open(Thoroughness::Quick);
     workshop.hold(
         &["luminaire_tilt", "distance_offset"].map(|name| cases::find(READINGS, name)),
@@ -27,7 +27,7 @@ fn a_flawed_bench_is_named_and_its_luminaire_corrected() {
 }
 
 #[test]
-fn a_flawed_camera_is_named_and_its_pictures_predicted() {
+fn a_disturbed_camera_is_named_and_its_pictures_predicted() {
     let workshop = Workshop::open(Thoroughness::Quick);
     workshop.hold(&["sensor_tilt"].map(|name| cases::find(CAMERA, name)), Workshop::camera);
 }

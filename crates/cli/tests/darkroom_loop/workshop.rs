@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cases::Case;
-use crate::folder::{Folder, said};
+use crate::folder::{Folder, stated};
 use crate::maps;
 
 /// An ordinary room: a lamp of binned LEDs that warms up and is steady then. At 3.6 m its axis has four digits of the
@@ -22,11 +22,11 @@ ellipticity_rel = 0.05
 flux_spread_rel = 0.003
 [luxmeter]
 gain_error_rel = 0.002
-[flaws]
+[injected_effects]
 only = true
 ";
 
-/// Flaws of every room here, healthy or not.
+/// Injected effects of every room here, healthy or not.
 const ORDINARY: &[(&str, &str, f64)] = &[
     ("lamp_warmup", "amplitude_rel", 0.045),
     ("lamp_warmup", "time_constant_s", 300.0),
@@ -333,7 +333,7 @@ impl Workshop {
         self.isolux(&["scan", &station, plan, "--out", &format!("{name}/{run}")], 0);
     }
 
-    /// A room with one flaw more than every room has, and the station in it.
+    /// A room with one injected effect more than every room has, and the station in it.
     fn room(&self, name: &str, seed: u32, case: Option<&Case>) {
         let mut text = ROOM.replace("SEED", &seed.to_string());
         let ordinary = ORDINARY
@@ -347,7 +347,7 @@ impl Workshop {
         for (effect, key, value) in ordinary.chain(own) {
             if table != effect {
                 table = effect;
-                let _ = writeln!(text, "[flaws.{effect}]");
+                let _ = writeln!(text, "[injected_effects.{effect}]");
             }
             let _ = writeln!(text, "{key} = {value:?}");
         }
@@ -387,7 +387,7 @@ impl Workshop {
         let diagnose = ["diagnose", "reference.model.toml", record, "--out", out];
         let output = self.start(&diagnose).wait_with_output().expect("the program runs");
         let no = output.status.code() == Some(1);
-        said(output, Some(i32::from(no)));
+        stated(output, Some(i32::from(no)));
     }
 }
 
@@ -420,7 +420,7 @@ impl Found {
         )
     }
 
-    /// What an honest diagnosis of this flaw may not look like.
+    /// What an honest diagnosis of this injected effect may not look like.
     fn wrong(&self, case: &Case) -> Option<String> {
         let set = |name: &str, twins: &[String]| name == case.name || twins.iter().any(|twin| twin == case.name);
         let Some((name, twins)) = self.effects.iter().find(|(name, twins)| set(name, twins)) else {

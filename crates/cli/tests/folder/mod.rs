@@ -63,13 +63,13 @@ impl Folder {
     /// Runs the program to its end, asserts its exit code and gives what it said to the pipe and to the person.
     #[allow(dead_code, reason = "the test of the book compares the two apart")]
     pub fn isolux(&self, arguments: &[&str], exit: i32) -> String {
-        said(self.start(arguments).wait_with_output().unwrap(), Some(exit))
+        stated(self.start(arguments).wait_with_output().unwrap(), Some(exit))
     }
 }
 
 /// What the program said to the pipe and to the person, after its exit code was asserted; no code after a signal.
 #[allow(dead_code, reason = "the test of the book compares the two apart")]
-pub fn said(output: Output, exit: Option<i32>) -> String {
+pub fn stated(output: Output, exit: Option<i32>) -> String {
     let Output { status, stdout, stderr } = output;
     let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert_eq!(status.code(), exit, "{stdout}{stderr}");

@@ -8,7 +8,7 @@ use std::time::Duration;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-use crate::folder::{Folder, said};
+use crate::folder::{Folder, stated};
 use crate::phase::{Begun, Phase};
 
 /// A coarser plan than that of the day, at its distance.
@@ -126,7 +126,7 @@ impl Bench {
         let share = random.random_range(0.0..1.0);
         while !begun.is_in(&day, phase, share, self.rows) {
             if child.try_wait().unwrap().is_some() {
-                said(child.wait_with_output().unwrap(), Some(0));
+                stated(child.wait_with_output().unwrap(), Some(0));
                 return false;
             }
             std::thread::sleep(Duration::from_millis(2));
@@ -137,7 +137,7 @@ impl Bench {
         child.kill().unwrap();
         let output = child.wait_with_output().unwrap();
         if output.status.code().is_some() {
-            said(output, Some(0));
+            stated(output, Some(0));
             return false;
         }
         true

@@ -1,5 +1,5 @@
-//! Days that are killed (SIGKILL) at any moment of any phase, once or several times, and resumed to their end: they give
-//! what the undisturbed day of the same room gives.
+//! Days that are killed (SIGKILL) at any moment of any phase, once or several times, and resumed to their end: they
+//! give what the undisturbed day of the same room gives.
 //!
 //! A few are a test. The campaign is for a person, of as many days as `ISOLUX_KILLS` says (200):
 //!
@@ -118,8 +118,8 @@ fn a_killed_day_gives_what_the_undisturbed_day_gives() {
 #[test]
 #[ignore = "hours: a campaign for a person"]
 fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
-    let asked = std::env::var("ISOLUX_KILLS").ok();
-    let count: u64 = asked.map_or(200, |count| count.parse().expect("ISOLUX_KILLS is a number"));
+    let requested = std::env::var("ISOLUX_KILLS").ok();
+    let count: u64 = requested.map_or(200, |count| count.parse().expect("ISOLUX_KILLS is a number"));
     let killed = each(count, |seed| {
         let bench = Bench::whole(1 + seed);
         let outcome = Kills::of(seed).day(&bench);

@@ -14,7 +14,7 @@ use crate::document::{
 };
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
-use crate::search::{Label, Outcome, Ranked, Rivalry};
+use crate::search::{Comparison, Label, Outcome, Ranked};
 
 /// What stands in a set where something that is not in the catalogue is as likely.
 pub(super) const OUTSIDE: &str = "outside the catalogue";
@@ -23,8 +23,8 @@ pub(super) const OUTSIDE: &str = "outside the catalogue";
 const BARELY: f64 = 0.05;
 
 /// Odds of something outside the catalogue against a name whose values lie beyond what is plausible: before any data
-/// [`OUTSIDE_CATALOGUE`], and more by as much as the values are unlikely. None within the plausible range, nor where the
-/// data hardly tell the values from its end: depth and width of a sector that make the same light.
+/// [`OUTSIDE_CATALOGUE`], and more by as much as the values are unlikely. None within the plausible range, nor where
+/// the data hardly tell the values from its end: depth and width of a sector that make the same light.
 fn outside_odds(assumed: &AssumedModel, member: &Hypothesis, covariance: &DMatrix<f64>) -> Option<f64> {
     let searchable = &assumed.effects()[member.effect];
     // Beyond the range in its widths, and that in standard uncertainties.
@@ -52,7 +52,7 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
     let covariance = outcome.after.covariance(outcome.noise.scale);
     let mut place = outcome.after.nuisance.len();
     let mut entries = Vec::new();
-    for (member, rivalry) in outcome.after.hypotheses.iter().zip(&outcome.rivalries) {
+    for (member, comparison) in outcome.after.hypotheses.iter().zip(&outcome.comparisons) {
         let spec = assumed.spec(member.effect);
         let free = member.linear.len()
             + assumed.effects()[member.effect]
@@ -64,11 +64,11 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
         place += free;
         let mut equivalents = Vec::new();
         // The set is among those that could make it: what belongs to "nothing" asks for no further names.
-        let limit = SET * rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
+        let limit = SET * comparison.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
         let mut sum = 0.0;
         let mut posterior = 0.0;
         let mut sigma = 0.0;
-        for ranked in &rivalry.ranked {
+        for ranked in &comparison.ranked {
             let is_own = ranked.label == Label::Named(member.effect);
             if is_own {
                 posterior = ranked.posterior;
@@ -89,8 +89,8 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
             equivalents,
             parameters: parameters(assumed, member, &own),
             evidence: EvidenceEntry {
-                ln_bayes_factor: rivalry.ln_bayes_factor,
-                p_value: rivalry.p_value,
+                ln_bayes_factor: comparison.ln_bayes_factor,
+                p_value: comparison.p_value,
                 posterior,
                 significance_sigma: sigma,
             },
@@ -167,13 +167,13 @@ fn wrapped(difference: f64) -> f64 {
 
 pub(super) fn ranked(assumed: &AssumedModel, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
     let is_unnamed = |ranked: &&Ranked| matches!(ranked.label, Label::Unnamed(_));
-    let of_one = |rivalry: &Rivalry| {
+    let of_one = |comparison: &Comparison| {
         let listed = |(rank, ranked): &(usize, &Ranked)| *rank < 8 || ranked.posterior >= 0.01;
-        let rows = rivalry.ranked.iter().enumerate().filter(listed);
+        let rows = comparison.ranked.iter().enumerate().filter(listed);
         let mut rows: Vec<&Ranked> = rows.map(|(_, ranked)| ranked).collect();
         // The row without a name is always there.
         if !rows.iter().any(is_unnamed) {
-            rows.extend(rivalry.ranked.iter().find(is_unnamed));
+            rows.extend(comparison.ranked.iter().find(is_unnamed));
         }
         let entry = |ranked: &Ranked| RankedEntry {
             name: label(assumed, ranked.label),
@@ -183,7 +183,7 @@ pub(super) fn ranked(assumed: &AssumedModel, outcome: &Outcome) -> Vec<Vec<Ranke
         };
         rows.into_iter().map(entry).collect()
     };
-    outcome.rivalries.iter().map(of_one).collect()
+    outcome.comparisons.iter().map(of_one).collect()
 }
 
 /// The test of the noise.

@@ -31,10 +31,10 @@ pub fn along(coordinate: &str) -> &str {
 }
 
 /// The sentence of an effect with the values that were fitted.
-fn told(effect: &EffectEntry) -> String {
+fn described(effect: &EffectEntry) -> String {
     effects::by_name(&effect.name).map_or_else(
         || effect.standard_name.to_string(),
-        |spec| spec.told(|key| effect.parameters.get(key).map(|parameter| parameter.value)),
+        |spec| spec.described(|key| effect.parameters.get(key).map(|parameter| parameter.value)),
     )
 }
 
@@ -45,7 +45,7 @@ fn told_by_label(label: &str) -> String {
     }
     match label.strip_prefix("unnamed:") {
         Some(coordinate) => format!("A pattern along {} that has no name.", along(coordinate)),
-        None => effects::by_name(label).map_or_else(|| label.to_owned(), |spec| spec.told(|_| None)),
+        None => effects::by_name(label).map_or_else(|| label.to_owned(), |spec| spec.described(|_| None)),
     }
 }
 
@@ -96,12 +96,12 @@ pub(super) fn plain(
             );
             sentences.extend(farthest(known));
         }
-        Verdict::Named => sentences.extend(effects.iter().map(told)),
+        Verdict::Named => sentences.extend(effects.iter().map(described)),
         Verdict::Ambiguous => {
             sentences
                 .push("Something is missing in the model, and these data cannot tell which of these it is.".to_owned());
             for effect in effects {
-                sentences.push(told(effect));
+                sentences.push(described(effect));
                 sentences.extend(
                     effect
                         .equivalents
@@ -117,7 +117,7 @@ pub(super) fn plain(
             ));
             if !effects.is_empty() {
                 sentences.push("Besides it:".to_owned());
-                sentences.extend(effects.iter().map(told));
+                sentences.extend(effects.iter().map(described));
             }
         }
     }

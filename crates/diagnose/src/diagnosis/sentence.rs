@@ -35,14 +35,14 @@ pub(super) fn sentence(
             ),
             _ => format!(
                 "consistency check of the record: its readings disagree with the model that was made from them: {}",
-                told(verdict, effects, unexplained, outcome)
+                described(verdict, effects, unexplained, outcome)
             ),
         };
     }
-    told(verdict, effects, unexplained, outcome)
+    described(verdict, effects, unexplained, outcome)
 }
 
-fn told(
+fn described(
     verdict: Verdict,
     effects: &[EffectEntry],
     unexplained: Option<&UnexplainedEntry>,

@@ -13,7 +13,7 @@ pub struct Next {
     pub entries: Vec<NextEntry>,
     /// File name and content of each plan.
     pub plans: Vec<(String, String)>,
-    /// Said when there are rivals and nothing would tell them apart.
+    /// Said when there are alternatives and nothing would tell them apart.
     pub note: Option<String>,
 }
 

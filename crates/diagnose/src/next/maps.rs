@@ -5,13 +5,13 @@ use isolux_record::observation::{MapPose, MapSet};
 use super::block::{Block, middle_one};
 use crate::assumed::Part;
 use crate::search::Outcome;
-use crate::table::{Light, Row, Source};
+use crate::table::{Light, ObservationKind, Row};
 
 pub(super) fn map_blocks(outcome: &Outcome, rows: &[Row], maps: &MapSet, blocks: &mut Vec<Block>) {
     let Some(first) = maps.maps().iter().find(|map| map.lamp && !map.capped).cloned() else {
         return;
     };
-    let bins: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Bin).collect();
+    let bins: Vec<&Row> = rows.iter().filter(|row| row.source == ObservationKind::Bin).collect();
     let scale = outcome.noise.scale;
     let peak = bins.iter().map(|row| row.measured).fold(0.0, f64::max);
     let u_floor = bins.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale;

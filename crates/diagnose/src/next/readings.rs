@@ -6,7 +6,7 @@ use isolux_record::observation::ReadingCoordinates;
 use super::block::{Block, READING_S, middle_one, nominal};
 use crate::assumed::Part;
 use crate::search::Outcome;
-use crate::table::{Light, Row, Source};
+use crate::table::{Light, ObservationKind, Row};
 
 pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, blocks: &mut Vec<Block>) {
     let Some(bench) = Bench::of(outcome, rows) else { return };
@@ -15,11 +15,11 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
         Some(&other) if other != first_plane => vec![first_plane, other],
         _ => vec![first_plane],
     };
-    let has_way = |way: f64| bench.lit.iter().any(|row| row.travel == way);
+    let has_way = |way: f64| bench.illuminated.iter().any(|row| row.travel == way);
     let reverse = if has_way(-1.0) && !has_way(1.0) { 1 } else { -1 };
     let distance = bench.distance_mm;
     let shortest = bench
-        .lit
+        .illuminated
         .iter()
         .map(|row| row.distance_mm)
         .fold(f64::INFINITY, f64::min);
@@ -44,7 +44,7 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
 
 /// What the readings tell of the bench that took them.
 struct Bench<'a> {
-    lit: Vec<&'a Row>,
+    illuminated: Vec<&'a Row>,
     /// Half-planes, rising; at least one.
     planes: Vec<f64>,
     /// γ from, to, step.
@@ -64,34 +64,42 @@ struct Bench<'a> {
 impl<'a> Bench<'a> {
     /// None without lit readings.
     fn of(outcome: &Outcome, rows: &'a [Row]) -> Option<Self> {
-        let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
-        let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
+        let readings: Vec<&Row> = rows
+            .iter()
+            .filter(|row| row.source == ObservationKind::Reading)
+            .collect();
+        let illuminated: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
         let scale = outcome.noise.scale;
-        let u_rel = middle_one(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect());
+        let u_rel = middle_one(
+            illuminated
+                .iter()
+                .map(|row| row.u / row.measured.abs().max(1e-12))
+                .collect(),
+        );
         let end_s = readings.iter().map(|row| row.lamp_s).fold(f64::NEG_INFINITY, f64::max);
-        let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
+        let mut planes: Vec<f64> = illuminated.iter().map(|row| nominal(row.c_deg)).collect();
         planes.sort_by(f64::total_cmp);
         planes.dedup();
         Some(Self {
-            distance_mm: middle_one(lit.iter().map(|row| row.distance_mm).collect())?,
-            gamma: grid(lit.iter().map(|row| row.gamma_deg))?,
+            distance_mm: middle_one(illuminated.iter().map(|row| row.distance_mm).collect())?,
+            gamma: grid(illuminated.iter().map(|row| row.gamma_deg))?,
             planes,
             u_rel: u_rel.unwrap_or(0.005) * scale,
             u_floor: readings.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale,
-            peak: lit.iter().map(|row| row.measured).fold(0.0, f64::max),
+            peak: illuminated.iter().map(|row| row.measured).fold(0.0, f64::max),
             ambient_c: middle_one(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite()),
             end_s: if end_s.is_finite() { end_s } else { 3600.0 },
-            lit,
+            illuminated,
         })
     }
 
     /// Expected light, and the range that the reading nearest to it was taken in.
     fn look(&self, gamma_deg: f64, distance_mm: f64) -> (f64, Option<i32>) {
         let away = |row: &Row| (row.gamma_deg - gamma_deg).abs() + (row.distance_mm - self.distance_mm).abs();
-        let near = self.lit.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        let near = self.illuminated.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let level = near.map_or(self.peak, |row| row.measured * (row.distance_mm / distance_mm).powi(2));
         let off = |row: &Row| (row.measured - level).abs();
-        let near = self.lit.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let near = self.illuminated.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         (level, near.map(|row| row.range as i32))
     }
 

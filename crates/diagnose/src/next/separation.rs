@@ -41,9 +41,9 @@ pub(super) fn separation(
             .map(|(value, sigma)| value / sigma);
         Some(DVector::from_iterator(all_sigma.len(), values))
     };
-    let with = |rival: &Hypothesis| {
+    let with = |alternative: &Hypothesis| {
         let mut members = others.to_vec();
-        members.push(rival.clone());
+        members.push(alternative.clone());
         members
     };
     let nuisance = &outcome.after.nuisance;
@@ -99,7 +99,7 @@ pub(super) fn refitted_separation(
     let (rounding, errors) = (Rounding::default(), together.common_errors());
     let whitener = Whitener::new(&sequence, &rounding, row_scale, 0.0, &errors);
     let tangents = nuisance_tangents(&together, nuisance)?;
-    let with = |rival: &Hypothesis| [others, std::slice::from_ref(rival)].concat();
+    let with = |alternative: &Hypothesis| [others, std::slice::from_ref(alternative)].concat();
     let left = |truth: &Hypothesis, tried: &Hypothesis| {
         let expected = together.predict(nuisance, &with(truth))?;
         let fitted = fit(&together, &expected, &whitener, nuisance, &tangents, &with(tried))?;

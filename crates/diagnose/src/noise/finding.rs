@@ -144,11 +144,11 @@ impl NoiseTest {
                 self.scatter
             ));
         }
-        let said = |kind: Kind| kind == Kind::Scatter && !parts.is_empty();
+        let stated = |kind: Kind| kind == Kind::Scatter && !parts.is_empty();
         let more: Vec<String> = self
             .findings
             .iter()
-            .filter(|finding| !said(finding.kind))
+            .filter(|finding| !stated(finding.kind))
             .take(2)
             .map(|finding| finding.note.clone())
             .collect();

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::limits::{PARTS, SCALE, STEPS};
 use super::series::Series;
-use crate::table::{Coordinate, Light, Source};
+use crate::table::{Coordinate, Light, ObservationKind};
 
 /// Rows that belong together.
 pub(super) struct Group {
@@ -30,7 +30,7 @@ pub(super) fn groups(series: &Series<'_>) -> Vec<Group> {
         groups: Vec::new(),
     };
     match series.source {
-        Source::Reading => grouping.readings(),
+        ObservationKind::Reading => grouping.readings(),
         _ => grouping.maps(),
     }
     grouping.groups
@@ -92,7 +92,7 @@ impl Grouping<'_, '_> {
     fn readings(&mut self) {
         let (series, n) = (self.series, self.series.len());
         let row = |i: usize| series.rows[i];
-        let lit = |i: usize| row(i).light == Light::Lit;
+        let illuminated = |i: usize| row(i).light == Light::Lit;
         for members in self.by(|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
             self.add(Coordinate::Index, "one block", members);
         }
@@ -122,7 +122,7 @@ impl Grouping<'_, '_> {
         for members in visits {
             self.add(Coordinate::Index, "one visit of a half-plane", members);
         }
-        for members in self.by(|i| lit(i).then(|| row(i).c_deg.to_bits())) {
+        for members in self.by(|i| illuminated(i).then(|| row(i).c_deg.to_bits())) {
             self.add(Coordinate::CDeg, "one C plane", members);
         }
         for members in self.by(|i| Some(row(i).distance_mm.to_bits())) {
@@ -143,7 +143,9 @@ impl Grouping<'_, '_> {
                     row(*i).gamma_deg.abs()
                 }
             };
-            let mut order: Vec<usize> = (0..n).filter(|&i| lit(i) && row(i).gamma_deg.is_finite()).collect();
+            let mut order: Vec<usize> = (0..n)
+                .filter(|&i| illuminated(i) && row(i).gamma_deg.is_finite())
+                .collect();
             order.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
             for k in 0..8 {
                 let members = order[k * order.len() / 8..(k + 1) * order.len() / 8].to_vec();
@@ -164,7 +166,7 @@ impl Grouping<'_, '_> {
     fn maps(&mut self) {
         let (series, n) = (self.series, self.series.len());
         let row = |i: usize| series.rows[i];
-        let lit = |i: usize| row(i).light == Light::Lit;
+        let illuminated = |i: usize| row(i).light == Light::Lit;
         for members in self.by(|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
             self.add(Coordinate::Exposure, "one map", members);
         }
@@ -174,7 +176,7 @@ impl Grouping<'_, '_> {
             (Coordinate::YMm, "some rows"),
         ] {
             let at = |i: &usize| row(*i).coordinate(coordinate, 0.0);
-            let mut order: Vec<usize> = (0..n).filter(|&i| lit(i)).collect();
+            let mut order: Vec<usize> = (0..n).filter(|&i| illuminated(i)).collect();
             order.sort_by(|a, b| at(a).total_cmp(&at(b)));
             for k in 0..8 {
                 let members = order[k * order.len() / 8..(k + 1) * order.len() / 8].to_vec();

@@ -76,18 +76,18 @@ impl Levels {
             partitions: Vec::new(),
         };
         let tenths = |angle_deg: f64| (10.0 * angle_deg).round() as i64;
-        let lit = |i: usize| {
+        let illuminated = |i: usize| {
             let row = series.rows[i];
             (row.light == Light::Lit && row.c_deg.is_finite() && row.gamma_deg.is_finite()).then_some(row)
         };
         let n = series.len();
         all.add("each γ has a level of its own", n, |i| {
-            lit(i).map(|row| tenths(row.gamma_deg))
+            illuminated(i).map(|row| tenths(row.gamma_deg))
         });
         all.add("each γ has a level of its own in each direction of travel", n, |i| {
-            lit(i).map(|row| (tenths(row.gamma_deg), row.travel as i64))
+            illuminated(i).map(|row| (tenths(row.gamma_deg), row.travel as i64))
         });
-        let mut rising: Vec<usize> = (0..n).filter(|&i| lit(i).is_some()).collect();
+        let mut rising: Vec<usize> = (0..n).filter(|&i| illuminated(i).is_some()).collect();
         rising.sort_by(|&a, &b| series.level[a].total_cmp(&series.level[b]));
         let mut rank = vec![None; n];
         for (k, &i) in rising.iter().enumerate() {

@@ -8,8 +8,8 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
 use super::finding::Strongest;
-use super::left::Left;
 use super::limits::{FEWEST_NULLS, NULL_VALUES, NULLS, TOGETHER};
+use super::residuals::Residuals;
 use super::series::Series;
 use super::statistic::Test;
 use crate::whitening::MOST_CORRELATED;
@@ -35,15 +35,21 @@ pub(super) struct Nulls {
 
 impl Nulls {
     /// Up to `most` simulated records; record `k` depends on `seed` and `k` alone.
-    pub(super) fn new(left: &Left<'_>, series: &Series<'_>, tests: &[Box<dyn Test>], most: usize, seed: u64) -> Self {
+    pub(super) fn new(
+        residuals: &Residuals<'_>,
+        series: &Series<'_>,
+        tests: &[Box<dyn Test>],
+        most: usize,
+        seed: u64,
+    ) -> Self {
         let count = (NULL_VALUES / series.len().max(1))
             .clamp(FEWEST_NULLS, NULLS)
             .min(most.max(FEWEST_NULLS));
-        let batch = (BATCH_VALUES / left.rows.len().max(1)).clamp(1, BATCH);
+        let batch = (BATCH_VALUES / residuals.rows.len().max(1)).clamp(1, BATCH);
         let batches: Vec<usize> = (0..count).step_by(batch).collect();
         let of = |&first: &usize| -> Vec<Vec<f64>> {
             let numbers = first..(first + batch).min(count);
-            simulated(left, series, numbers, seed)
+            simulated(residuals, series, numbers, seed)
                 .iter()
                 .map(|values| tests.iter().map(|test| test.strongest(values).half_square).collect())
                 .collect()
@@ -137,10 +143,15 @@ impl Tail {
 }
 
 /// Simulated records of unit variance, one vector each.
-fn simulated(left: &Left<'_>, series: &Series<'_>, numbers: std::ops::Range<usize>, seed: u64) -> Vec<Vec<f64>> {
-    let rows = left.rows.len();
-    let u_rho = left.u_rho;
-    let whiten = left.sequence.whitening(left.rho);
+fn simulated(
+    residuals: &Residuals<'_>,
+    series: &Series<'_>,
+    numbers: std::ops::Range<usize>,
+    seed: u64,
+) -> Vec<Vec<f64>> {
+    let rows = residuals.rows.len();
+    let u_rho = residuals.u_rho;
+    let whiten = residuals.sequence.whitening(residuals.rho);
     let mut drawn = DMatrix::zeros(rows, numbers.len());
     for (k, mut column) in numbers.zip(drawn.column_iter_mut()) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
@@ -155,13 +166,15 @@ fn simulated(left: &Left<'_>, series: &Series<'_>, numbers: std::ops::Range<usiz
         let mut all = series.spread(&values, rows);
         if u_rho > 0.0 {
             let off: f64 = rng.sample(StandardNormal);
-            left.sequence
-                .colour((left.rho + u_rho * off).clamp(0.0, MOST_CORRELATED), all.as_mut_slice());
+            residuals.sequence.colour(
+                (residuals.rho + u_rho * off).clamp(0.0, MOST_CORRELATED),
+                all.as_mut_slice(),
+            );
             whiten(all.as_mut_slice());
         }
         column.copy_from(&all);
     }
-    left.refitted.project_out(&mut drawn);
+    residuals.refitted.project_out(&mut drawn);
     drawn
         .column_iter()
         .map(|column| {

@@ -202,8 +202,8 @@ impl Patches {
             ..Self::default()
         };
         for width in CIRCLE_DEG {
-            let lit = |i: usize| lit_direction(series.rows[i]);
-            let (first, cells) = all.keyed(series.len(), width.to_radians() / CELLS_A_WIDTH, lit);
+            let illuminated = |i: usize| lit_direction(series.rows[i]);
+            let (first, cells) = all.keyed(series.len(), width.to_radians() / CELLS_A_WIDTH, illuminated);
             // Poles of one hemisphere: those of the other are of the same circles.
             let rings = (90.0 / CIRCLES_APART_DEG).round() as usize;
             for ring in 1..=rings {
@@ -317,7 +317,7 @@ impl Test for Patches {
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
         let whole = self.amplitude(strongest.place, &self.sums(&series.plain));
         let what = self.places[strongest.place].what;
-        let (kind, coordinate, range, note) = what.said(series, if whole > 0.0 { "above" } else { "below" });
+        let (kind, coordinate, range, note) = what.stated(series, if whole > 0.0 { "above" } else { "below" });
         let mut finding = Finding::new(kind, coordinate, range, strongest, note).explaining(whole * whole);
         match what {
             What::Every(n, _) => finding.period = Some(n as f64),

@@ -25,7 +25,7 @@ pub(super) enum What {
 
 impl What {
     /// Kind, coordinate, range along it and words, for a place that is `sign` the model.
-    pub(super) fn said(self, series: &Series<'_>, sign: &str) -> (Kind, Coordinate, [f64; 2], String) {
+    pub(super) fn stated(self, series: &Series<'_>, sign: &str) -> (Kind, Coordinate, [f64; 2], String) {
         match self {
             What::Every(n, phase) => {
                 let (first, last) = (series.index[0], series.index[series.len() - 1]);

@@ -4,10 +4,10 @@
 use std::collections::HashMap;
 
 use super::finding::{Finding, Kind, Strongest, digits};
-use super::left::Left;
 use super::limits::{REPEATS, REPEATS_AT_ONCE, SCALE};
+use super::residuals::Residuals;
 use super::series::{Series, hold};
-use crate::table::{Coordinate, Light, Row, Source};
+use crate::table::{Coordinate, Light, ObservationKind, Row};
 use crate::whitening::Sequence;
 
 /// Variance of readings that should be alike, and its degrees of freedom.
@@ -28,8 +28,8 @@ pub(super) struct Repeats {
 }
 
 impl Repeats {
-    pub(super) fn of(left: &Left<'_>, series: &Series<'_>) -> Self {
-        if series.source != Source::Reading {
+    pub(super) fn of(residuals: &Residuals<'_>, series: &Series<'_>) -> Self {
+        if series.source != ObservationKind::Reading {
             return Self {
                 visits: None,
                 at_once: None,
@@ -37,9 +37,9 @@ impl Repeats {
             };
         }
         Self {
-            visits: visits(left, series).filter(|pure| pure.freedom >= REPEATS),
-            at_once: at_once(left, series).filter(|pure| pure.freedom >= REPEATS_AT_ONCE),
-            successive: successive(left, series)
+            visits: visits(residuals, series).filter(|pure| pure.freedom >= REPEATS),
+            at_once: at_once(residuals, series).filter(|pure| pure.freedom >= REPEATS_AT_ONCE),
+            successive: successive(residuals, series)
                 .filter(|(same, other)| same.freedom >= REPEATS && other.freedom >= REPEATS),
         }
     }
@@ -50,24 +50,28 @@ impl Repeats {
     }
 
     /// What is more than noise by stated uncertainties and repeats, and the largest scatter that counts as noise.
-    pub(super) fn compare(&self, left: &Left<'_>, series: &Series<'_>) -> (Vec<Finding>, f64) {
+    pub(super) fn compare(&self, residuals: &Residuals<'_>, series: &Series<'_>) -> (Vec<Finding>, f64) {
         let range = [series.index[0], series.index[series.len() - 1]];
         // Correlation beyond what counts as noise explains no scatter: the scatter is that of the correlation that
         // does. Correlated readings know their variance less well, unless their correlation is at that bound.
-        let beyond = (1.0 + left.rho * left.rho - 2.0 * left.rho * left.rho_found) / (1.0 - left.rho * left.rho);
-        let (scale, correlated) = if left.rho_found > left.rho {
-            (left.scale * beyond.max(0.1).sqrt(), 1.0)
+        let beyond = (1.0 + residuals.rho * residuals.rho - 2.0 * residuals.rho * residuals.rho_found)
+            / (1.0 - residuals.rho * residuals.rho);
+        let (scale, correlated) = if residuals.rho_found > residuals.rho {
+            (residuals.scale * beyond.max(0.1).sqrt(), 1.0)
         } else {
-            (left.scale, (1.0 + left.rho * left.rho) / (1.0 - left.rho * left.rho))
+            (
+                residuals.scale,
+                (1.0 + residuals.rho * residuals.rho) / (1.0 - residuals.rho * residuals.rho),
+            )
         };
-        let u_square = 2.0 * correlated / left.freedom.max(1.0);
+        let u_square = 2.0 * correlated / residuals.freedom.max(1.0);
         let finding = |kind: Kind, ratio: f64, u_square: f64, note: String| {
             let z = ratio.ln() / u_square.sqrt();
             let mut found = Finding::new(kind, Coordinate::Noise, range, Strongest::default(), note);
             if z > 0.0 {
                 found.sigma = z;
                 found.p_value = 0.5 * libm::erfc(z / std::f64::consts::SQRT_2);
-                found.explained = (ratio - 1.0) * left.freedom;
+                found.explained = (ratio - 1.0) * residuals.freedom;
             }
             found
         };
@@ -137,7 +141,7 @@ fn poses(series: &Series<'_>) -> Vec<Vec<usize>> {
 }
 
 /// Variance of repeated readings about the mean of their pose, their serial correlation taken out.
-fn visits(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
+fn visits(residuals: &Residuals<'_>, series: &Series<'_>) -> Option<Pure> {
     let poses = poses(series);
     let mut members: Vec<usize> = poses.iter().flatten().copied().collect();
     members.sort_unstable();
@@ -147,7 +151,7 @@ fn visits(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
     let runs: Vec<usize> = members.iter().map(|&i| series.rows[i].file).collect();
     let times: Vec<f64> = members.iter().map(|&i| series.rows[i].time_s).collect();
     let sequence = Sequence::by_time(&runs, &times);
-    let whole: Vec<f64> = members.iter().map(|&i| left.plain[series.place[i]]).collect();
+    let whole: Vec<f64> = members.iter().map(|&i| residuals.plain[series.place[i]]).collect();
     let mut pose_of = vec![0; members.len()];
     for (k, pose) in poses.iter().enumerate() {
         for i in pose {
@@ -158,15 +162,15 @@ fn visits(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
     }
     let freedom = (members.len() - poses.len()) as f64;
     Some(Pure {
-        variance: about_means(hold(&whole), &pose_of, poses.len(), &sequence, left.rho) / freedom.max(1.0),
+        variance: about_means(hold(&whole), &pose_of, poses.len(), &sequence, residuals.rho) / freedom.max(1.0),
         freedom,
     })
 }
 
 /// Squared length that values of correlation `rho` keep once the mean of each pose is fitted: least squares by
-/// conjugate gradients (CGLS: Björck 1996), for a matrix of readings times poses would not fit in memory. A correlation
-/// of a half makes a condition of nine at most.
-fn about_means(mut left: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &Sequence, rho: f64) -> f64 {
+/// conjugate gradients (CGLS: Björck 1996), for a matrix of readings times poses would not fit in memory. A
+/// correlation of a half makes a condition of nine at most.
+fn about_means(mut residuals: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &Sequence, rho: f64) -> f64 {
     const MOST: usize = 200;
     const SMALL: f64 = 1e-20;
     let whiten = sequence.whitening(rho);
@@ -187,8 +191,8 @@ fn about_means(mut left: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &S
         sums
     };
     let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-    whiten(&mut left);
-    let mut gradient = to_poses(&left);
+    whiten(&mut residuals);
+    let mut gradient = to_poses(&residuals);
     let mut direction = gradient.clone();
     let mut steep = square(&gradient);
     let first = steep;
@@ -199,16 +203,16 @@ fn about_means(mut left: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &S
         let mut moved: Vec<f64> = pose_of.iter().map(|&pose| direction[pose] * share[pose]).collect();
         whiten(&mut moved);
         let length = steep / square(&moved);
-        for (left, moved) in left.iter_mut().zip(&moved) {
-            *left -= length * moved;
+        for (residuals, moved) in residuals.iter_mut().zip(&moved) {
+            *residuals -= length * moved;
         }
-        gradient = to_poses(&left);
+        gradient = to_poses(&residuals);
         let before = std::mem::replace(&mut steep, square(&gradient));
         for (direction, gradient) in direction.iter_mut().zip(&gradient) {
             *direction = gradient + steep / before * *direction;
         }
     }
-    square(&left)
+    square(&residuals)
 }
 
 /// Whether two readings that follow each other are of one lit pose.
@@ -222,8 +226,8 @@ fn alike(a: &Row, b: &Row) -> bool {
 }
 
 /// Variance of successive readings of a pose about the mean of that visit, whatever their serial correlation.
-fn at_once(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
-    let held = hold(&series.place.iter().map(|&i| left.plain[i]).collect::<Vec<_>>());
+fn at_once(residuals: &Residuals<'_>, series: &Series<'_>) -> Option<Pure> {
+    let held = hold(&series.place.iter().map(|&i| residuals.plain[i]).collect::<Vec<_>>());
     let (mut squares, mut freedom) = (0.0, 0.0);
     let mut start = 0;
     for k in 1..=series.len() {
@@ -243,8 +247,8 @@ fn at_once(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
 }
 
 /// Mean squared differences of successive readings of one pose, and of different poses.
-fn successive(left: &Left<'_>, series: &Series<'_>) -> Option<(Pure, Pure)> {
-    let whole: Vec<f64> = series.place.iter().map(|&i| left.plain[i]).collect();
+fn successive(residuals: &Residuals<'_>, series: &Series<'_>) -> Option<(Pure, Pure)> {
+    let whole: Vec<f64> = series.place.iter().map(|&i| residuals.plain[i]).collect();
     let held = hold(&whole);
     let (mut same, mut other) = ((0.0, 0.0), (0.0, 0.0));
     for k in 1..series.len() {
@@ -284,11 +288,11 @@ mod tests {
         for rho in [0.0, 0.5] {
             let mut means = DMatrix::from_fn(n, 10, |i, k| f64::from(pose_of[i] == k));
             sequence.whiten(rho, &mut means);
-            let mut left = DMatrix::from_column_slice(n, 1, &values);
-            sequence.whiten(rho, &mut left);
-            Basis::spanning(&means, 1e-9).project_out(&mut left);
+            let mut residuals = DMatrix::from_column_slice(n, 1, &values);
+            sequence.whiten(rho, &mut residuals);
+            Basis::spanning(&means, 1e-9).project_out(&mut residuals);
             let found = about_means(values.clone(), &pose_of, 10, &sequence, rho);
-            assert!((found / left.norm_squared() - 1.0).abs() < 1e-9, "{found}");
+            assert!((found / residuals.norm_squared() - 1.0).abs() < 1e-9, "{found}");
         }
     }
 }

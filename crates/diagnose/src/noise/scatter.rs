@@ -5,7 +5,7 @@ use super::groups::{Group, groups};
 use super::limits::{SCALE, SQUARE_CLIP};
 use super::series::Series;
 use super::statistic::Test;
-use crate::table::{Coordinate, Source};
+use crate::table::{Coordinate, ObservationKind};
 
 /// Squares, outliers held, with their mean and variance.
 fn squares(values: &[f64]) -> (Vec<f64>, f64, f64) {
@@ -90,7 +90,7 @@ impl Trends {
     pub(super) fn new(series: &Series<'_>) -> Option<Self> {
         let n = series.len();
         let coordinates: &[Coordinate] = match series.source {
-            Source::Reading => &[
+            ObservationKind::Reading => &[
                 Coordinate::GammaDeg,
                 Coordinate::Level,
                 Coordinate::TimeS,

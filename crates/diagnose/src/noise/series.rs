@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use super::left::Left;
 use super::limits::{CLIP, PAUSE, ROUNDED};
-use crate::table::{Light, Row, Source};
+use super::residuals::Residuals;
+use crate::table::{Light, ObservationKind, Row};
 
 /// The ways in which a reading errs, as a note says them: in proportion to the noise, to the light, by as much
 /// wherever it is, and by the angle at which it is taken.
@@ -17,7 +17,7 @@ pub(super) const ADDED: usize = 2;
 
 /// Residuals of one kind of rows, in the order in which they were taken.
 pub(super) struct Series<'a> {
-    pub(super) source: Source,
+    pub(super) source: ObservationKind,
     pub(super) rows: Vec<&'a Row>,
     /// Their numbers among all rows.
     pub(super) place: Vec<usize>,
@@ -44,24 +44,24 @@ pub(super) struct Series<'a> {
 
 impl<'a> Series<'a> {
     /// The rows of `source`; rows that are mostly rounding are left out.
-    pub(super) fn new(left: &Left<'a>, source: Source) -> Self {
-        let all = left.rows;
+    pub(super) fn new(residuals: &Residuals<'a>, source: ObservationKind) -> Self {
+        let all = residuals.rows;
         let usable = |i: &usize| {
             let row = &all[*i];
             row.source == source && row.digit / 12_f64.sqrt() <= ROUNDED * row.u
         };
-        let place: Vec<usize> = left.sequence.order().iter().copied().filter(usable).collect();
+        let place: Vec<usize> = residuals.sequence.order().iter().copied().filter(usable).collect();
         let rows: Vec<&Row> = place.iter().map(|&i| &all[i]).collect();
         let share: Vec<f64> = place
             .iter()
             .map(|&i| {
-                (1.0 - left.refitted.directions().row(i).norm_squared())
+                (1.0 - residuals.refitted.directions().row(i).norm_squared())
                     .max(1e-3)
                     .sqrt()
             })
             .collect();
         let residual = |place: &[usize], share: &[f64]| -> Vec<f64> {
-            let own = |(&i, share): (&usize, &f64)| left.whitened[i] / share;
+            let own = |(&i, share): (&usize, &f64)| residuals.whitened[i] / share;
             place.iter().zip(share).map(own).collect()
         };
         let whole = residual(&place, &share);
@@ -75,13 +75,13 @@ impl<'a> Series<'a> {
         }
         let mut series = Self {
             source,
-            level: place.iter().map(|&i| left.level[i]).collect(),
+            level: place.iter().map(|&i| residuals.level[i]).collect(),
             time,
             index,
             follows,
-            plain: whole.iter().map(|value| value / left.unit).collect(),
+            plain: whole.iter().map(|value| value / residuals.unit).collect(),
             held,
-            expected: (left.scale / left.unit).powi(2),
+            expected: (residuals.scale / residuals.unit).powi(2),
             share,
             rows,
             place,
@@ -176,8 +176,8 @@ pub(super) fn hold(values: &[f64]) -> Vec<f64> {
 
 /// Time and number along the record, and who follows whom at once.
 ///
-/// A pause of the record is no part of what was read: it counts for no more than the time in which readings followed each
-/// other, or a week between two sessions would leave one cell of time for each of them.
+/// A pause of the record is no part of what was read: it counts for no more than the time in which readings followed
+/// each other, or a week between two sessions would leave one cell of time for each of them.
 fn along(rows: &[&Row], place: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<bool>) {
     let numbered = rows.iter().all(|row| row.index.is_finite());
     let number = |k: usize| if numbered { rows[k].index } else { place[k] as f64 };

@@ -2,8 +2,8 @@
 //! them.
 
 use super::finding::{Finding, Kind, Strongest, digits};
-use super::left::Left;
 use super::limits::{OUTLIERS, TIES, WIDEST};
+use super::residuals::Residuals;
 use super::series::{Series, robust};
 use crate::table::{Coordinate, Light};
 
@@ -65,7 +65,7 @@ pub(super) fn widest(series: &Series<'_>) -> Option<Finding> {
 
 /// Lit readings that show the value of the one before, against how often noise and light let them: a meter that holds
 /// its last value. None where no digit is known.
-pub(super) fn repeated(left: &Left<'_>, series: &Series<'_>) -> Option<Finding> {
+pub(super) fn repeated(residuals: &Residuals<'_>, series: &Series<'_>) -> Option<Finding> {
     let (mut expected, mut ties) = (0.0, Vec::new());
     for k in 1..series.len() {
         let (before, row) = (series.rows[k - 1], series.rows[k]);
@@ -73,7 +73,7 @@ pub(super) fn repeated(left: &Left<'_>, series: &Series<'_>) -> Option<Finding> 
             continue;
         }
         // A difference of two readings: normal about the change of the light.
-        let sigma = left.scale * before.u.hypot(row.u);
+        let sigma = residuals.scale * before.u.hypot(row.u);
         let change = (series.level[k] - series.level[k - 1]) / sigma;
         let density = (-0.5 * change * change).exp() / (sigma * std::f64::consts::TAU.sqrt());
         expected += (row.digit.max(before.digit) * density).min(1.0);

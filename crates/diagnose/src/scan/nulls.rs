@@ -234,7 +234,7 @@ mod tests {
             .map(|number| {
                 let start = number / 2 * 3 + number % 2;
                 Candidate {
-                    who: Who::Unnamed { rival: number },
+                    who: Who::Unnamed { alternative: number },
                     columns: start..start + 1 + number % 2,
                     ln_prior: -0.1 * number as f64,
                     one_sided: number % 5 == 0,

@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 
+use crate::alternatives::EmpiricalAlternative;
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::{NoiseTest, noisy_rho};
-use crate::rivals::Rival;
 use crate::shrinkage::weights;
 
-use super::outcome::{Label, Names, Outcome, Rivalry, Unexplained};
+use super::outcome::{Comparison, Label, Names, Outcome, Unexplained};
 use super::scanned::Scanned;
 use super::select::Selected;
 
@@ -23,26 +23,26 @@ pub(super) fn compete<F: Forward + ?Sized>(scanned: Scanned, selected: Selected<
     } = selected;
     let problem = estimate.problem;
     let all = |members: &[Hypothesis]| {
-        let of = |i: usize| estimate.rivalry(members, i, unexplained);
+        let of = |i: usize| estimate.comparison(members, i, unexplained);
         (0..members.len()).map(of).collect::<Option<Vec<_>>>()
     };
-    let mut rivalries = all(&members)?;
+    let mut comparisons = all(&members)?;
     // Of two names that are hardly apart the last refit may have put the other first, and left a weak one nothing to
     // make.
     let before = members.clone();
-    for (i, rivalry) in rivalries.iter().enumerate() {
-        if let Some(better) = better_name(&members, i, rivalry) {
+    for (i, comparison) in comparisons.iter().enumerate() {
+        if let Some(better) = better_name(&members, i, comparison) {
             members[i] = better;
         }
     }
-    if !rivalries.iter().all(nothing_is_likelier) {
-        let mut nothing = rivalries.iter().map(nothing_is_likelier);
+    if !comparisons.iter().all(nothing_is_likelier) {
+        let mut nothing = comparisons.iter().map(nothing_is_likelier);
         members.retain(|_| !nothing.next().unwrap_or(false));
     }
     if members != before {
         current = estimate.fit(&members)?;
         members.clone_from(&current.hypotheses);
-        rivalries = all(&members)?;
+        comparisons = all(&members)?;
     }
     let unexplained = unexplained
         .map(|(candidate, explained)| estimate.unexplained(&current, candidate, explained))
@@ -66,7 +66,7 @@ pub(super) fn compete<F: Forward + ?Sized>(scanned: Scanned, selected: Selected<
         rounding: estimate.rounding,
         errors: problem.errors.clone(),
         p_global: scanned.p_global,
-        rivalries,
+        comparisons,
         unexplained,
         places: scanned.places,
         visibility: scanned.visibility,
@@ -81,7 +81,7 @@ pub(super) fn compete<F: Forward + ?Sized>(scanned: Scanned, selected: Selected<
 fn no_noise(test: &NoiseTest, rows: usize) -> Option<Unexplained> {
     let first = test.findings.first()?;
     Some(Unexplained {
-        rival: Rival {
+        alternative: EmpiricalAlternative {
             coordinate: first.coordinate,
             family: "noise",
             range: first.range,
@@ -95,8 +95,8 @@ fn no_noise(test: &NoiseTest, rows: usize) -> Option<Unexplained> {
 }
 
 /// The hypothesis of another name that is more probable than member `i`'s, and no member itself.
-fn better_name(members: &[Hypothesis], i: usize, rivalry: &Rivalry) -> Option<Hypothesis> {
-    let top = rivalry.ranked.first()?;
+fn better_name(members: &[Hypothesis], i: usize, comparison: &Comparison) -> Option<Hypothesis> {
+    let top = comparison.ranked.first()?;
     let is_new = |effect: usize| members.iter().all(|member| member.effect != effect);
     match top.label {
         Label::Named(effect) if effect != members[i].effect && is_new(effect) => top.hypothesis.clone(),
@@ -105,7 +105,7 @@ fn better_name(members: &[Hypothesis], i: usize, rivalry: &Rivalry) -> Option<Hy
 }
 
 /// Whether nothing at all is more probable than any name or pattern.
-fn nothing_is_likelier(rivalry: &Rivalry) -> bool {
-    let all: f64 = rivalry.ranked.iter().map(|ranked| ranked.posterior).sum();
-    rivalry.ranked.first().is_none_or(|top| 1.0 - all > top.posterior)
+fn nothing_is_likelier(comparison: &Comparison) -> bool {
+    let all: f64 = comparison.ranked.iter().map(|ranked| ranked.posterior).sum();
+    comparison.ranked.first().is_none_or(|top| 1.0 - all > top.posterior)
 }

@@ -1,14 +1,14 @@
-//! What is asked of a search, and what it finds: members, their rivals, the noise and what is left.
+//! What is asked of a search, and what it finds: members, their alternatives, the noise and what is left.
 
 use nalgebra::DVector;
 
+use crate::alternatives::EmpiricalAlternative;
 use crate::calibration::{CLEARLY, MODEL_FORM, NULLS, SECOND_SHARE, SIGNIFICANCE};
 use crate::fit::Fit;
 use crate::forward::Hypothesis;
 use crate::known::{Known, Moved};
 use crate::noise::NoiseTest;
 use crate::reference::Errors;
-use crate::rivals::Rival;
 use crate::rounding::Rounding;
 use crate::table::Coordinate;
 use crate::whitening::{Noise, Sequence};
@@ -76,7 +76,7 @@ impl Names {
 
 /// Who could make what one member of the set makes.
 #[derive(Debug, Clone)]
-pub struct Rivalry {
+pub struct Comparison {
     /// Names and patterns by falling probability; what is left to 1 belongs to "nothing".
     pub ranked: Vec<Ranked>,
     /// ln Bayes factor of the member against nothing.
@@ -113,7 +113,7 @@ pub enum Label {
 #[derive(Debug, Clone)]
 pub struct Unexplained {
     /// The strongest pattern.
-    pub rival: Rival,
+    pub alternative: EmpiricalAlternative,
     /// Its significance in σ.
     pub sigma: f64,
     /// Its fitted change of every row.
@@ -164,7 +164,7 @@ pub struct Outcome {
     /// Probability of the first scan under noise alone.
     pub p_global: f64,
     /// One entry for each hypothesis of `after`.
-    pub rivalries: Vec<Rivalry>,
+    pub comparisons: Vec<Comparison>,
     /// What is left without a name.
     pub unexplained: Option<Unexplained>,
     /// Where the baseline disagrees, strongest first.

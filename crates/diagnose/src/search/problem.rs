@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::alternatives::{EmpiricalAlternative, alternatives};
 use crate::basis::Basis;
 use crate::calibration::{LEAST_SCALE, SMOOTH_COLUMNS};
 use crate::dictionary::Dictionary;
@@ -9,7 +10,6 @@ use crate::fit::{Fit, fit, nuisance_tangents};
 use crate::forward::Forward;
 use crate::known::{Known, expected_change};
 use crate::reference::{Errors, joined};
-use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
 use crate::table::Row;
 use crate::whitener::Whitener;
@@ -29,7 +29,7 @@ pub(super) struct Problem<'a, F: Forward + ?Sized> {
     /// What the model knows of itself.
     pub(super) known: Vec<Known>,
     pub(super) least_scale: f64,
-    pub(super) rivals: Vec<Rival>,
+    pub(super) alternatives: Vec<EmpiricalAlternative>,
     pub(super) dictionary: Dictionary<'a>,
     /// Candidates of the dictionary that are smooth.
     pub(super) smooth: Vec<usize>,
@@ -114,17 +114,17 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
             light,
         } = plain;
         let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
-        let mut rivals = rivals(rows, level.as_slice(), sequence.order());
+        let mut alternatives = alternatives(rows, level.as_slice(), sequence.order());
         let dictionary = Dictionary::new(
             forward,
             rows,
             &plain.nuisance,
             (&level, &light),
-            &mut rivals,
+            &mut alternatives,
             &u.map(|u| 1.0 / u),
             &tangents,
         );
-        let smooth = dictionary.smooth(forward.effects(), &rivals);
+        let smooth = dictionary.smooth(forward.effects(), &alternatives);
         Self {
             forward,
             rows,
@@ -135,7 +135,7 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
             errors,
             known,
             least_scale,
-            rivals,
+            alternatives,
             dictionary,
             smooth,
             plain,

@@ -4,7 +4,7 @@ use crate::basis::Basis;
 use crate::fit::{Fit, derivatives};
 use crate::forward::{Forward, Hypothesis};
 use crate::known::{Moved, ReadOut};
-use crate::noise::{self, Left, NoiseTest};
+use crate::noise::{self, NoiseTest, Residuals};
 use crate::whitener::Whitener;
 
 use super::candidates::all_but;
@@ -14,7 +14,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// Whether what a fit leaves is noise; none where there is too little of it.
     pub(super) fn noise_test(&self, fitted: &Fit) -> Option<NoiseTest> {
         noise::test(
-            &self.left(fitted)?,
+            &self.residuals(fitted)?,
             self.problem.settings.nulls,
             self.problem.settings.seed,
         )
@@ -28,7 +28,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         while i < members.len() {
             let without = self.fit(&all_but(&members, i))?;
             let own = (without.chi2 - current.chi2) / self.noise.scale.powi(2);
-            let place = noise::strongest_place(&self.left(&without)?);
+            let place = noise::strongest_place(&self.residuals(&without)?);
             let more = own + self.alias_margin(own) + noise::limits::PLACES;
             if place.is_some_and(|place| place.explained > more) {
                 members.remove(i);
@@ -40,7 +40,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         Some((members, current))
     }
 
-    fn left(&self, fitted: &Fit) -> Option<Left<'_>> {
+    fn residuals(&self, fitted: &Fit) -> Option<Residuals<'_>> {
         let rho = noise::noisy_rho(self.noise.rho);
         let row_scale = self.problem.u.map(|u| 1.0 / u);
         let whitener = Whitener::new(
@@ -50,16 +50,16 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             rho,
             &self.problem.errors,
         );
-        let left = &self.problem.measured - &fitted.prediction;
-        let raw = &left - Moved::of(&self.problem.known, &whitener, &left).change;
+        let residuals = &self.problem.measured - &fitted.prediction;
+        let raw = &residuals - Moved::of(&self.problem.known, &whitener, &residuals).change;
         let forward = ReadOut {
             forward: self.problem.forward,
             change: &fitted.change,
         };
         let refitted = Basis::spanning(&derivatives(&forward, &whitener, fitted)?, 1e-9);
-        let mut whitened = whitener.vector(&left);
+        let mut whitened = whitener.vector(&residuals);
         refitted.project_out_vector(&mut whitened);
-        Some(Left {
+        Some(Residuals {
             rows: self.problem.rows,
             level: fitted.prediction.as_slice().to_vec(),
             plain: raw.component_mul(&row_scale),

@@ -48,17 +48,19 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     fn places(&self, found: &[Found]) -> Vec<Place> {
         let mut places: Vec<(f64, Place)> = Vec::new();
         for one in found {
-            let Who::Unnamed { rival } = one.who else { continue };
-            let rival = &self.problem.rivals[rival];
+            let Who::Unnamed { alternative } = one.who else {
+                continue;
+            };
+            let alternative = &self.problem.alternatives[alternative];
             let place = Place {
-                coordinate: rival.coordinate,
-                range: rival.range,
+                coordinate: alternative.coordinate,
+                range: alternative.range,
                 sigma: one.explained.sqrt(),
-                note: rival.note.clone(),
+                note: alternative.note.clone(),
             };
             match places
                 .iter_mut()
-                .find(|(_, known)| known.coordinate == rival.coordinate)
+                .find(|(_, known)| known.coordinate == alternative.coordinate)
             {
                 Some(known) if known.0 >= one.ln_evidence => {}
                 Some(known) => *known = (one.ln_evidence, place),

@@ -18,7 +18,7 @@ pub(super) struct Selected<'p, 'a, F: Forward + ?Sized> {
     pub(super) noise_test: Option<NoiseTest>,
 }
 
-/// What a look at one member's rivals changed.
+/// What a look at one member's alternatives changed.
 pub(super) enum Change {
     None,
     Swapped,
@@ -48,7 +48,7 @@ pub(super) fn select<'p, 'a, F: Forward + ?Sized>(
 }
 
 impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
-    /// Exchanges and drops names until none has a better rival, and weighs them against what has no name.
+    /// Exchanges and drops names until none has a better alternative, and weighs them against what has no name.
     fn settle(self, names: Names) -> Option<Selected<'p, 'a, F>> {
         let (mut estimate, mut names) = (self, names);
         for _ in 0..4 {
@@ -82,10 +82,10 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
             if strong.len() < members.len() {
                 members = strong;
                 current = estimate.fit(&members)?;
-                unexplained = estimate.strongest_rival(&current, &members);
+                unexplained = estimate.strongest_alternative(&current, &members);
             }
         } else if members.is_empty() {
-            unexplained = estimate.strongest_rival(&current, &members);
+            unexplained = estimate.strongest_alternative(&current, &members);
         }
         // Strongest first.
         let mut strongest: Vec<(f64, Hypothesis)> = estimate
@@ -104,12 +104,12 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         })
     }
 
-    /// Looks at every member's rivals: a better name takes its place, a better pattern without a name removes it.
+    /// Looks at every member's alternatives: a better name takes its place, a better pattern without a name removes it.
     pub(super) fn replace_or_drop(&self, members: &mut Vec<Hypothesis>, extra: Option<(usize, f64)>) -> Option<Change> {
         for i in 0..members.len() {
-            let rivalry = self.rivalry(members, i, extra)?;
-            let Some(top) = rivalry.ranked.first() else { continue };
-            let nothing = 1.0 - rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
+            let comparison = self.comparison(members, i, extra)?;
+            let Some(top) = comparison.ranked.first() else { continue };
+            let nothing = 1.0 - comparison.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
             if nothing > top.posterior {
                 members.remove(i);
                 return Some(Change::Dropped);
@@ -120,13 +120,13 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
                     return Some(Change::Swapped);
                 }
                 (Label::Unnamed(_), _) => {
-                    let named: f64 = rivalry
+                    let named: f64 = comparison
                         .ranked
                         .iter()
                         .filter(|ranked| matches!(ranked.label, Label::Named(_)))
                         .map(|ranked| ranked.posterior)
                         .sum();
-                    let unnamed: f64 = rivalry
+                    let unnamed: f64 = comparison
                         .ranked
                         .iter()
                         .filter(|ranked| matches!(ranked.label, Label::Unnamed(_)))
@@ -200,7 +200,7 @@ impl<F: Forward + ?Sized> Selected<'_, '_, F> {
                     names = Names { members: strong, fit };
                     noise_test = estimate.noise_test(&names.fit);
                     if unexplained.is_some() {
-                        unexplained = estimate.strongest_rival(&names.fit, &names.members);
+                        unexplained = estimate.strongest_alternative(&names.fit, &names.members);
                     }
                 }
             }
@@ -208,7 +208,7 @@ impl<F: Forward + ?Sized> Selected<'_, '_, F> {
         let tested = noise_test.as_ref().is_some_and(NoiseTest::disagrees);
         let left = names.fit.chi2 / estimate.noise.scale.powi(2) / estimate.freedom;
         if unexplained.is_none() && !tested && left > MISFIT {
-            unexplained = estimate.strongest_rival(&names.fit, &names.members);
+            unexplained = estimate.strongest_alternative(&names.fit, &names.members);
         }
         Some(Self {
             estimate,

@@ -27,26 +27,26 @@ pub(crate) fn encode(distribution: &Distribution, options: &WriteOptions) -> Res
         }
     };
     let mut facts = distribution.ies_facts();
-    if let Some(asked) = &options.generation {
-        facts.generation = Some(generation(asked, edition)?);
+    if let Some(requested) = &options.generation {
+        facts.generation = Some(generation(requested, edition)?);
     }
     let written = write_as(distribution, &facts, edition, options.photometry);
     Ok(with_losses(written, distribution, Format::IES, edition))
 }
 
 /// A file generation type of LM-63-2019, as a person asks for it.
-fn generation(asked: &str, edition: Edition) -> Result<String, Finding> {
+fn generation(requested: &str, edition: Edition) -> Result<String, Finding> {
     if edition < Edition::E2019 {
         let message = "file generation types belong to LM-63-2019";
         return Err(Finding::error("convert-generation", message).fix("add --edition 2019"));
     }
-    let known = GENERATION_TYPES.iter().find(|(code, _)| *code == asked);
+    let known = GENERATION_TYPES.iter().find(|(code, _)| *code == requested);
     known.map(|&(code, _)| code.to_owned()).ok_or_else(|| {
         let all: Vec<String> = GENERATION_TYPES
             .iter()
             .map(|(code, meaning)| format!("{code} ({meaning})"))
             .collect();
-        Finding::error("convert-generation", format!("{asked} is no file generation type"))
+        Finding::error("convert-generation", format!("{requested} is no file generation type"))
             .fix(format!("one of {}", all.join(", ")))
     })
 }
@@ -73,7 +73,7 @@ pub fn write_as(
         .as_ref()
         .and_then(|native| Some((native, Photometry::of(native.photometry_type)?)));
     let intensity = &distribution.intensity;
-    let kept = own.filter(|&(_, own)| photometry.is_none_or(|asked| asked == own));
+    let kept = own.filter(|&(_, own)| photometry.is_none_or(|requested| requested == own));
     let grid = match (photometry, kept) {
         (_, Some((native, own))) => {
             let message = format!("type {} is written as it was read, not resampled", own.letter());
@@ -81,7 +81,7 @@ pub fn write_as(
             Grid::native(native, own)
         }
         (None | Some(Photometry::C), _) => Grid::type_c(intensity, &mut findings),
-        (Some(asked), _) => Grid::turned(intensity, asked, &mut findings),
+        (Some(requested), _) => Grid::turned(intensity, requested, &mut findings),
     };
     lay_out(&grid, facts, edition, findings)
 }

@@ -36,9 +36,10 @@ pub(crate) const TABLE: FileFormat = FileFormat {
 /// A text of columns. Under a name of no spectral format it must show that it is a spectrum, also a damaged one.
 pub(crate) fn read(source: &Source<'_>, format: Format) -> Found {
     let (text, findings) = source.decoded();
-    let asked = source.options.columns;
-    let (parsed, rising) = table::read(text, findings, format, asked);
-    let named = source.named(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(text) || asked.is_some();
+    let requested = source.options.columns;
+    let (parsed, rising) = table::read(text, findings, format, requested);
+    let named =
+        source.named(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(text) || requested.is_some();
     if named || rising >= 8 {
         vec![parsed.map(Content::spectrum)]
     } else {

@@ -29,13 +29,14 @@ pub(crate) fn looks_like_vendor_text(text: &Text<'_>) -> bool {
 }
 
 /// Reads a table of wavelengths and values; beside it, how many points keep one direction, which tells a spectrum even
-/// where damage made it unreadable. `asked`: the columns of wavelengths and of values that a person names, counted from
+/// where damage made it unreadable. `requested`: the columns of wavelengths and of values that a person names, counted
+/// from
 /// 1.
 pub(crate) fn read(
     text: &Text<'_>,
     mut findings: Findings,
     format: Format,
-    asked: Option<[usize; 2]>,
+    requested: Option<[usize; 2]>,
 ) -> (Parsed<SpectrumFile>, usize) {
     let mut draft = Draft::new(text.encoding);
     let lines = Lines::of(text, format);
@@ -44,10 +45,10 @@ pub(crate) fn read(
     }
     let rows: Vec<Row<'_>> = lines.rows(text);
     // A wide table and a tall one fill the same draft, which `Draft::finish` checks.
-    if asked.is_some() || !wide(&rows, &mut draft, &mut findings) {
+    if requested.is_some() || !wide(&rows, &mut draft, &mut findings) {
         let block = sekonic(&rows, &mut findings);
         let body = block.unwrap_or(&rows);
-        tall(body, text, (format, asked), &mut draft, &mut findings);
+        tall(body, text, (format, requested), &mut draft, &mut findings);
         if block.is_some() {
             let first = draft.points.first().map_or(0, |point| point.line);
             let before = rows.iter().position(|row| row.line == first).unwrap_or(0);

@@ -148,7 +148,7 @@ fn sum(emitters: &[&Element], names: &[&str]) -> Option<f64> {
 
 /// What the header and the first emitter say of it.
 fn luminaire(root: &Element, emitters: &[&Element]) -> Luminaire {
-    fn said(element: Option<&Element>, names: &[&str]) -> String {
+    fn stated(element: Option<&Element>, names: &[&str]) -> String {
         element
             .and_then(|element| element.words(names))
             .unwrap_or_default()
@@ -156,16 +156,16 @@ fn luminaire(root: &Element, emitters: &[&Element]) -> Luminaire {
     }
     let (header, emitter) = (root.child("Header"), emitters.first().copied());
     Luminaire {
-        manufacturer: said(header, &["Manufacturer"]),
-        name: said(header, &["Description"]),
-        number: said(header, &["CatalogNumber"]),
-        report: said(header, &["ReportNumber"]),
-        date: said(header, &["ReportDate", "TestDate", "IssueDate"]),
-        laboratory: said(header, &["Laboratory"]),
-        lamp: said(emitter, &["Description"]),
-        lamp_count: number::read(&said(emitter, &["Quantity"])).ok().map(|n| n.value),
-        colour: said(emitter, &["CCT"]),
-        rendering: said(emitter.and_then(|emitter| emitter.child("ColorRendering")), &["Ra"]),
+        manufacturer: stated(header, &["Manufacturer"]),
+        name: stated(header, &["Description"]),
+        number: stated(header, &["CatalogNumber"]),
+        report: stated(header, &["ReportNumber"]),
+        date: stated(header, &["ReportDate", "TestDate", "IssueDate"]),
+        laboratory: stated(header, &["Laboratory"]),
+        lamp: stated(emitter, &["Description"]),
+        lamp_count: number::read(&stated(emitter, &["Quantity"])).ok().map(|n| n.value),
+        colour: stated(emitter, &["CCT"]),
+        rendering: stated(emitter.and_then(|emitter| emitter.child("ColorRendering")), &["Ra"]),
         watts: sum(emitters, &["InputWattage", "InputWatts"]),
         ..sizes(root)
     }

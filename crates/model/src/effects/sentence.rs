@@ -9,22 +9,22 @@ use super::spec::{EffectSpec, ParameterSpec};
 
 impl EffectSpec {
     /// The sentence with the values that `value` knows, by key.
-    pub fn told(&self, value: impl Fn(&str) -> Option<f64>) -> String {
-        let mut told = String::new();
+    pub fn described(&self, value: impl Fn(&str) -> Option<f64>) -> String {
+        let mut described = String::new();
         let mut rest = self.sentence;
         while let Some(begin) = rest.find('[') {
             let (before, part) = rest.split_at(begin);
             let Some((part, after)) = part[1..].split_once(']') else {
                 break;
             };
-            told.push_str(before);
+            described.push_str(before);
             if let Some(part) = self.filled(part, &value) {
-                told.push_str(&part);
+                described.push_str(&part);
             }
             rest = after;
         }
-        told.push_str(rest);
-        told
+        described.push_str(rest);
+        described
     }
 
     /// The part with its placeholders filled; none where a value is not known.
@@ -89,20 +89,20 @@ mod tests {
     #[test]
     fn every_sentence_reads_with_all_of_its_values_and_with_none() {
         for spec in catalogue() {
-            let known = spec.told(|key| Some(spec.parameters[spec.index_of(key)?].plausible.1));
-            let unknown = spec.told(|_| None);
-            for said in [&known, &unknown] {
+            let known = spec.described(|key| Some(spec.parameters[spec.index_of(key)?].plausible.1));
+            let unknown = spec.described(|_| None);
+            for stated in [&known, &unknown] {
                 assert!(
-                    said.ends_with('.') && !said.contains(['{', '}', '[', ']', '_']),
-                    "{}: {said}",
+                    stated.ends_with('.') && !stated.contains(['{', '}', '[', ']', '_']),
+                    "{}: {stated}",
                     spec.name
                 );
                 assert!(
-                    !said.contains("  ") && !said.contains(" ,") && !said.contains(" ."),
-                    "{}: {said}",
+                    !stated.contains("  ") && !stated.contains(" ,") && !stated.contains(" ."),
+                    "{}: {stated}",
                     spec.name
                 );
-                assert!(said.chars().next().is_some_and(char::is_uppercase), "{said}");
+                assert!(stated.chars().next().is_some_and(char::is_uppercase), "{stated}");
             }
             assert!(known.len() > unknown.len(), "{}: no number in {known}", spec.name);
             // Every key of a placeholder is one of the effect: otherwise its part would be silently left out.
@@ -116,23 +116,23 @@ mod tests {
     #[test]
     fn numbers_have_their_units_and_words_their_sign() {
         let spec = |name: &str| catalogue().iter().find(|spec| spec.name == name).unwrap();
-        let told = |name: &str, values: &[(&str, f64)]| {
-            spec(name).told(|key| values.iter().find(|(known, _)| *known == key).map(|(_, value)| *value))
+        let described = |name: &str, values: &[(&str, f64)]| {
+            spec(name).described(|key| values.iter().find(|(known, _)| *known == key).map(|(_, value)| *value))
         };
         assert_eq!(
-            told("lamp_warmup", &[("amplitude_rel", 0.054), ("time_constant_s", 360.0)]),
+            described("lamp_warmup", &[("amplitude_rel", 0.054), ("time_constant_s", 360.0)]),
             "The lamp was read before it was warm: 5.4 % too bright at first, gone to a third after 6 min."
         );
         assert_eq!(
-            told("distance_offset", &[("offset_mm", -4.0)]),
+            described("distance_offset", &[("offset_mm", -4.0)]),
             "The detector is not where its scale says: it is 4 mm nearer."
         );
         assert_eq!(
-            told("dark_offset", &[("offset_rel", 0.002)]),
+            described("dark_offset", &[("offset_rel", 0.002)]),
             "The instrument shows something when no light reaches it: 0.2 % of full scale."
         );
         assert_eq!(
-            told("spectral_mismatch", &[("factor", 0.985)]),
+            described("spectral_mismatch", &[("factor", 0.985)]),
             "The lux meter weighs this spectrum otherwise than V(λ): 1.5 % too little."
         );
     }

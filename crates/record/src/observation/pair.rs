@@ -28,7 +28,7 @@ impl<T: Copy> OneOrTwo<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Source;
+    use crate::document::SourceText;
 
     #[derive(Debug, Deserialize)]
     struct Toy {
@@ -40,7 +40,7 @@ mod tests {
     fn what_is_no_size_is_shown_with_what_is_needed() {
         let (file, text) = ("toy.toml".into(), "size = [48, -36]");
         let error = toml::from_str::<Toy>(text).unwrap_err();
-        let message = Source { file, text }.toml_error(&error).message;
+        let message = SourceText { file, text }.toml_error(&error).message;
         assert!(message.starts_with("`size` is [48, -36]; one number"), "{message}");
     }
 }

@@ -9,7 +9,7 @@ use super::error::{ObservationError, Problem};
 use super::need::Need;
 use super::table::{Fields, Table, parse_toml, read_text};
 use crate::ReadingKind;
-use crate::document::{Fault, Source};
+use crate::document::{Fault, SourceText};
 
 /// One wavelength of one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +79,7 @@ impl SpectraSet {
             ("gamma_deg", document.gamma_deg, -360.0, 360.0, "within -360 to 360"),
         ] {
             if !(low..=high).contains(&value) {
-                let at = Source {
+                let at = SourceText {
                     file: path,
                     text: &text,
                 }

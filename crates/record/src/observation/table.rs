@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use camino::Utf8Path;
 
 use super::error::{ObservationError, Problem};
-use crate::document::Source;
+use crate::document::SourceText;
 use crate::file::{self, LARGEST_TABLE};
 
 /// A CSV file in memory: header, rows, and the line of each row.
@@ -28,7 +28,7 @@ pub(super) fn read_text(path: &Utf8Path) -> Result<String, ObservationError> {
 
 pub(super) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: &str) -> Result<T, ObservationError> {
     toml::from_str(text).map_err(|error| {
-        let wrong = Source { file: path, text }.toml_error(&error);
+        let wrong = SourceText { file: path, text }.toml_error(&error);
         ObservationError::new(path, wrong.line.map(|line| line as u64), Problem::Toml(wrong.message))
     })
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{RunError, vacant};
 use crate::disk::sha256;
-use crate::document::{Source, read_text};
+use crate::document::{SourceText, read_text};
 use crate::event::{Event, Logged};
 use crate::plan::Plan;
 use crate::reading::Reading;
@@ -328,14 +328,14 @@ impl RunHeader {
         };
         let Some(end) = text.rfind(CHECK) else {
             // A file that never was of this format says so in its own words.
-            Source { file, text }.parse::<toml::Table>(format)?;
+            SourceText { file, text }.parse::<toml::Table>(format)?;
             return Err(changed("the [check] at its end is missing"));
         };
         let body = &text[..end];
         if text[end..] != check(body) {
             return Err(changed("its SHA-256 is not that of its [check]"));
         }
-        Ok(Source { file, text: body }.parse(format)?)
+        Ok(SourceText { file, text: body }.parse(format)?)
     }
 }
 

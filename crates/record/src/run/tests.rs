@@ -148,8 +148,8 @@ fn rows_that_are_lost_from_a_completed_run_are_missed() {
         let mut left = rows(&path);
         left.drain(lost);
         std::fs::write(path.join("readings.csv"), left.concat()).unwrap();
-        let said = damage(&path);
-        assert!(said.contains(words) && said.contains("readings.csv"), "{said}");
+        let stated = damage(&path);
+        assert!(stated.contains(words) && stated.contains("readings.csv"), "{stated}");
         assert!(matches!(
             RunDir::resume(&path, &header()),
             Err(RunError::Damaged { .. })
@@ -208,8 +208,8 @@ fn any_change_of_run_toml_is_refused() {
     ] {
         assert_ne!(changed, text);
         std::fs::write(&file, &changed).unwrap();
-        let said = Run::read(&path).unwrap_err().to_string();
-        assert!(said.contains("run.toml"), "{said}");
+        let stated = Run::read(&path).unwrap_err().to_string();
+        assert!(stated.contains("run.toml"), "{stated}");
     }
 }
 
@@ -239,12 +239,12 @@ fn a_damaged_record_is_read_again_from_its_whole_rows_on_and_nothing_is_thrown_a
         run.spectra.iter().map(|spectrum| spectrum.index).collect::<Vec<_>>(),
         [1, 2]
     );
-    let said = run.notices.concat();
+    let stated = run.notices.concat();
     assert!(
-        said.contains("damaged-1 holds") && said.contains("row 2 is damaged"),
-        "{said}"
+        stated.contains("damaged-1 holds") && stated.contains("row 2 is damaged"),
+        "{stated}"
     );
-    assert!(said.contains("000.csv: is missing"), "{said}");
+    assert!(stated.contains("000.csv: is missing"), "{stated}");
 }
 
 #[test]
@@ -356,8 +356,8 @@ fn what_a_kill_before_the_first_run_toml_leaves_is_no_obstacle() {
     let (_keep, path) = scratch();
     drop(RunDir::create(&path, header()).unwrap());
     std::fs::remove_file(path.join("run.toml")).unwrap();
-    let said = Run::read(&path).unwrap_err().to_string();
-    assert!(said.contains("begin the run anew with --out"), "{said}");
+    let stated = Run::read(&path).unwrap_err().to_string();
+    assert!(stated.contains("begin the run anew with --out"), "{stated}");
     completed(&path);
     assert_eq!(Run::read(&path).unwrap().readings.rows.len(), 5);
     // A file of somebody else is not ours to write over.

@@ -93,10 +93,10 @@ mod tests {
     fn days_are_days_in_their_order() {
         assert!(days("2025-11-24", "2026-11-24").check("luxmeter").is_ok());
         assert!(Traceability::default().check("luxmeter").is_ok());
-        let said = |of: Traceability<'_>| of.check("axis.c").unwrap_err().to_string();
-        assert!(said(days("24.11.2025", "2026-11-24")).contains("is no day"));
-        assert!(said(days("2025-11-24", "2026-13-01")).contains("is no day"));
-        assert!(said(days("2026-11-24", "2025-11-24")).contains("before the calibration"));
+        let stated = |of: Traceability<'_>| of.check("axis.c").unwrap_err().to_string();
+        assert!(stated(days("24.11.2025", "2026-11-24")).contains("is no day"));
+        assert!(stated(days("2025-11-24", "2026-13-01")).contains("is no day"));
+        assert!(stated(days("2026-11-24", "2025-11-24")).contains("before the calibration"));
     }
 
     #[test]

@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Accepted, Apparent, BeamAngles, Closing, Colour, Common, Correction, Drift, Electrical, Levels, Partial, Quantity,
-    Reduction, SENSOR_MM, Smoothing,
+    Accepted, Apparent, Background, BeamAngles, Closing, Colour, Common, Correction, Drift, Electrical, Partial,
+    Quantity, Reduction, SENSOR_MM, Smoothing,
 };
 
 /// `budget.json`. Standard uncertainties, k = 1.
@@ -103,13 +103,14 @@ pub struct Subtracted {
     /// Stray light on the axis.
     pub stray_on_axis_lx: Option<f64>,
     /// The readings that these come from.
-    pub levels: Levels,
+    #[serde(rename = "levels")]
+    pub background: Background,
 }
 
 impl Budget {
     /// Of a reduction; `shown` is the distribution as files hold it.
     pub(super) fn of(reduction: &Reduction, shown: &IntensityDistribution) -> Self {
-        let [offset_lx, ambient_lx, stray_on_axis_lx] = reduction.levels.parts_lx(0.0);
+        let [offset_lx, ambient_lx, stray_on_axis_lx] = reduction.background.parts_lx(0.0);
         let spectral = reduction.spectral.as_ref();
         let measured = &reduction.grid.distribution;
         // A sensor outside the measured zone has no number, not one of 0 ± 0.
@@ -140,7 +141,7 @@ impl Budget {
                 offset_lx,
                 ambient_lx,
                 stray_on_axis_lx,
-                levels: reduction.levels.clone(),
+                background: reduction.background.clone(),
             },
             negative_points_written_as_zero: measured.intensity_cd().iter().filter(|cd| **cd < 0.0).count(),
             flux_added_by_them_lm: shown.flux_lm() - measured.flux_lm(),

@@ -142,7 +142,7 @@ fn half_plane_lamp_s(grid: &Grid) -> Option<Vec<f64>> {
 /// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of
 /// nothing is still what was subtracted.
 fn bench_effects(reduction: &Reduction) -> Vec<String> {
-    let [offset, ambient, _] = reduction.levels.parts_lx(0.0);
+    let [offset, ambient, _] = reduction.background.parts_lx(0.0);
     let mut effects = Vec::new();
     if let Some(offset) = offset.filter(|_| reduction.subtract.dark) {
         effects.push(format!("name = \"dark_offset\"\noffset_lx = {offset:.6}\n"));

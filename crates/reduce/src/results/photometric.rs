@@ -187,13 +187,13 @@ pub fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, prog
 
 /// The flux in words of ASCII.
 fn flux_words(flux: &Quantity) -> String {
-    let said = flux.rounded();
+    let stated = flux.rounded();
     match flux.u {
         Some(_) => format!(
             "flux {} lm, expanded uncertainty {} lm (k = 2)",
-            said.value, said.expanded
+            stated.value, stated.expanded
         ),
-        None => format!("flux {} lm, uncertainty not evaluated", said.value),
+        None => format!("flux {} lm, uncertainty not evaluated", stated.value),
     }
 }
 

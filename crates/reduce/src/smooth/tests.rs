@@ -111,7 +111,7 @@ const METER: (f64, f64) = (0.0008, 0.0008);
 
 #[test]
 fn the_smoothed_distribution_is_nearer_to_the_light_than_the_raw_one() {
-    let (mut lit, mut near_axis) = (0.0, 0.0);
+    let (mut illuminated, mut near_axis) = (0.0, 0.0);
     let seeds = 6;
     for seed in 0..seeds {
         let lamp = ring(seed);
@@ -123,12 +123,12 @@ fn the_smoothed_distribution_is_nearer_to_the_light_than_the_raw_one() {
             // Behind the lamp every reading is rounded alike: there is no way to know better.
             assert!(gain(180.0) < 1.0, "seed {seed}, {metres} m: {}", gain(180.0));
             if metres == 10.0 {
-                lit += gain(90.0) / seeds as f64;
+                illuminated += gain(90.0) / seeds as f64;
                 near_axis += gain(10.0) / seeds as f64;
             }
         }
     }
-    assert!(lit < 0.45 && near_axis < 0.4, "{lit} {near_axis}");
+    assert!(illuminated < 0.45 && near_axis < 0.4, "{illuminated} {near_axis}");
 }
 
 #[test]

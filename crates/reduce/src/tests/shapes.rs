@@ -6,7 +6,7 @@ use isolux_record::{Reading, ReadingKind};
 use crate::{Options, reduce};
 
 /// What a reduction says, to the last bit.
-fn said(rows: Vec<Reading>, options: &Options) -> String {
+fn stated(rows: Vec<Reading>, options: &Options) -> String {
     match reduce(&run_as_is(rows), options, None) {
         Ok(reduction) => format!("{reduction:?}"),
         Err(error) => error.to_string(),
@@ -24,8 +24,8 @@ fn any_record_is_answered_and_its_order_changes_nothing() {
                 accept_drift,
                 ..Options::default()
             };
-            let first = said(rows.clone(), &options);
-            let again = said(shuffled(rows.clone(), &mut random), &options);
+            let first = stated(rows.clone(), &options);
+            let again = stated(shuffled(rows.clone(), &mut random), &options);
             assert!(first == again, "{changes:?}:\n{first}\n\n{again}");
             answered += u32::from(first.starts_with("Reduction"));
         }
@@ -68,10 +68,10 @@ fn a_lamp_that_comes_back_as_it_was_is_followed_by_its_age() {
     let note = |words: &str| twice.notes.iter().any(|note| note.contains(words));
     assert!(note("came back as it was"), "{:?}", twice.notes);
     // The factor is 1 at another age of the lamp; what is left is that.
-    let levels = once.flux.value / twice.flux.value;
+    let background = once.flux.value / twice.flux.value;
     let centres = [&once, &twice].map(|reduction| reduction.drift.factor(0, 1800.0));
     assert!(
-        (levels / (centres[1] / centres[0]) - 1.0).abs() < 1e-4,
-        "{levels} {centres:?}"
+        (background / (centres[1] / centres[0]) - 1.0).abs() < 1e-4,
+        "{background} {centres:?}"
     );
 }

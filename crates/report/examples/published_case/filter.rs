@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use isolux_sim::direct;
 use isolux_sim::inverse::{self, Accuracy};
-use isolux_sim::source::Source;
+use isolux_sim::source::LightSource;
 use rayon::prelude::*;
 
 use crate::Book;
@@ -121,7 +121,7 @@ fn add(into: &mut [u32], from: &[u32], weight: u32) {
 }
 
 /// The four maxima under each filter, against the published ones.
-pub(crate) fn maxima(book: &mut Book, source: &Source, seeds: u64) {
+pub(crate) fn maxima(book: &mut Book, source: &LightSource, seeds: u64) {
     let mut text = format!(
         "## Which filter makes the maxima\n\nA ray alone in a pixel of 12 µm is Φ/(K·N·A) = {:.0} W/m² at 2·10⁵ rays. The published 5096.2 is that ÷ {:.4}, the \
          published 2548.1 is one ray in 24 µm ({:.0} W/m²) ÷ {:.4}. For each filter: the median of the largest pixel over {seeds} seeds (W/m², expected counts, K = {LER} lm/W), \

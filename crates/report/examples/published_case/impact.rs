@@ -41,7 +41,7 @@ pub(crate) fn sweeps(book: &mut Book) {
         let of_step = |step| {
             let coarse = lamp(step, 1.0, 0.1);
             let label = format!("every {step}°, {}", apart(&coarse, &lamp(5.0, 1.0, 0.1), &sensor));
-            lit(&label, step, &coarse, &sensor, LER)
+            illuminated(&label, step, &coarse, &sensor, LER)
         };
         all.push((name, "step in C / °", planes.map(of_step).into()));
     }
@@ -50,7 +50,7 @@ pub(crate) fn sweeps(book: &mut Book) {
         "step in γ / °",
         [0.5, 1.0, 2.0, 5.0, 10.0]
             .map(|step| {
-                lit(
+                illuminated(
                     &format!(
                         "{step}°, {}",
                         apart(&lamp(15.0, step, 0.0), &lamp(15.0, 0.5, 0.0), &standard)
@@ -63,7 +63,7 @@ pub(crate) fn sweeps(book: &mut Book) {
             })
             .into(),
     ));
-    let mut spectral = vec![lit(
+    let mut spectral = vec![illuminated(
         "255.1 lm/W, implied by the published means",
         LER,
         &round,
@@ -72,11 +72,17 @@ pub(crate) fn sweeps(book: &mut Book) {
     )];
     for (name, spectrum) in spectra() {
         if let Some(ler) = spectrum.ler_lm_per_w() {
-            spectral.push(lit(&format!("{name}: {ler:.1} lm/W"), ler, &round, &standard, ler));
+            spectral.push(illuminated(
+                &format!("{name}: {ler:.1} lm/W"),
+                ler,
+                &round,
+                &standard,
+                ler,
+            ));
         }
     }
     for ler in [305.0, 319.0] {
-        spectral.push(lit(
+        spectral.push(illuminated(
             &format!("{ler} lm/W, CIE LED-B1 to B5"),
             ler,
             &round,
@@ -92,7 +98,7 @@ pub(crate) fn sweeps(book: &mut Book) {
         [64, 128, 256, 512, 1024, 2048]
             .map(|pixels| {
                 let pitch = 24_576.0 / pixels as f64;
-                lit(
+                illuminated(
                     &format!("{pixels}², {pitch} µm"),
                     pitch,
                     &round,
@@ -107,7 +113,7 @@ pub(crate) fn sweeps(book: &mut Book) {
         "pixels a side",
         [256, 512, 1024, 2048]
             .map(|pixels| {
-                lit(
+                illuminated(
                     &format!("{pixels}²"),
                     pixels as f64,
                     &round,
@@ -121,17 +127,17 @@ pub(crate) fn sweeps(book: &mut Book) {
         "sensor size, 64² pixels",
         "side / mm",
         [6.144, 12.288, 24.576, 49.152, 98.304]
-            .map(|side| lit(&format!("{side} mm"), side, &round, &sensor(side, 64, 500.0), LER))
+            .map(|side| illuminated(&format!("{side} mm"), side, &round, &sensor(side, 64, 500.0), LER))
             .into(),
     ));
     all.push((
         "distance",
         "distance / mm",
         [125.0, 250.0, 500.0, 750.0, 1000.0]
-            .map(|d| lit(&format!("{d} mm"), d, &round, &sensor(24.576, 64, d), LER))
+            .map(|d| illuminated(&format!("{d} mm"), d, &round, &sensor(24.576, 64, d), LER))
             .into(),
     ));
-    let base = lit("", 0.0, &round, &standard, LER);
+    let base = illuminated("", 0.0, &round, &standard, LER);
     let mut text = String::from(
         "| changed | value | mean | max | min/mean | mean against the published case |\n|---|---|---|---|---|---|\n",
     );
@@ -161,7 +167,7 @@ pub(crate) fn sweeps(book: &mut Book) {
     );
 }
 
-fn lit(value: &str, x: f64, lamp: &IntensityDistribution, sensor: &Sensor, ler: f64) -> Row {
+fn illuminated(value: &str, x: f64, lamp: &IntensityDistribution, sensor: &Sensor, ler: f64) -> Row {
     let map = inverse::solve(&source(lamp), sensor, Accuracy::Standard).illuminance_lx;
     let moments = noise::moments(&map).expect("a map has pixels");
     Row {

@@ -7,7 +7,7 @@ use isolux_report::map::Map;
 use isolux_report::svg::{Anchor, Stroke, Svg};
 use isolux_sim::direct::{self, Sampling};
 use isolux_sim::inverse::{self, Accuracy};
-use isolux_sim::source::Source;
+use isolux_sim::source::LightSource;
 use isolux_sim::{blur, noise};
 use rayon::prelude::*;
 
@@ -27,7 +27,7 @@ pub(crate) struct Runs {
 }
 
 /// Four rows by three samplings.
-pub(crate) fn table(book: &mut Book, source: &Source, seeds: u64, exact: f64, share: f64) -> Vec<Runs> {
+pub(crate) fn table(book: &mut Book, source: &LightSource, seeds: u64, exact: f64, share: f64) -> Vec<Runs> {
     let mut text = format!(
         "## The four rows by three samplings\n\n{seeds} seeds each. Mean: over the seeds ± standard deviation of one run, W/m². Maximum: median (2.5 % to 97.5 %) of the \
          largest pixel, W/m², of the map as it is, after one pass and after two passes of a 3 × 3 mean.\n\n| pixels, rays | sampling | mean | standard error by counting | \
@@ -174,7 +174,7 @@ pub(crate) fn significance(book: &mut Book, exact: f64, share: f64) {
 }
 
 /// Mean and maximum against the number of rays, two pixel sizes, with a figure.
-pub(crate) fn convergence(book: &mut Book, source: &Source, exact: f64) {
+pub(crate) fn convergence(book: &mut Book, source: &LightSource, exact: f64) {
     let mut svg = Svg::new(760.0, 440.0, "Convergence of mean and maximum");
     let frame = Frame {
         left: 80.0,
@@ -236,7 +236,7 @@ pub(crate) fn convergence(book: &mut Book, source: &Source, exact: f64) {
 }
 
 /// What the eye sees: the same light by 2·10⁹ rays as counted, filtered, and without noise.
-pub(crate) fn maps(book: &mut Book, source: &Source) {
+pub(crate) fn maps(book: &mut Book, source: &LightSource) {
     let side = 1024;
     let sensor = sensor(24.576, side, 500.0);
     let counts = direct::thinned(source, &sensor, 2_000_000_000, 1).expect("rays");

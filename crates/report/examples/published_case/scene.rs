@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 use isolux_sim::sensor::{Pose, Sensor};
-use isolux_sim::source::{Shape, Source};
-use isolux_sim::table::Table;
+use isolux_sim::source::{LightSource, Shape};
+use isolux_sim::table::IntensityTable;
 use isolux_spectrum::Spectrum;
 
 use crate::Book;
@@ -91,9 +91,9 @@ pub(crate) fn lamp(c_step: f64, gamma_step: f64, askew: f64) -> IntensityDistrib
 }
 
 /// The lamp's light from the disc of 1 mm.
-pub(crate) fn source(lamp: &IntensityDistribution) -> Source {
-    Source::single(
-        Arc::new(Table::new(lamp)),
+pub(crate) fn source(lamp: &IntensityDistribution) -> LightSource {
+    LightSource::single(
+        Arc::new(IntensityTable::new(lamp)),
         Shape::Disc {
             centre: DVec3::ZERO,
             radius: 0.5,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use isolux_sim::source::Source;
+use isolux_sim::source::LightSource;
 use isolux_sim::{blur, direct, noise};
 
 use crate::Book;
@@ -12,7 +12,7 @@ use crate::scene::{LER, sensor};
 type Way = fn(&[f64], f64) -> f64;
 
 /// The ways of adding up four million pixels that are tried.
-pub(crate) fn single_precision(book: &mut Book, source: &Source) {
+pub(crate) fn single_precision(book: &mut Book, source: &LightSource) {
     let mut text = String::from(
         "## A sum in single precision\n\nThe maps of 2·10⁹ rays (thinned, seed 1) added up in several ways; mean in W/m². The true mean is set to 5.24 (K = 255.1 lm/W and 993.6 cd/klm).\n\n\
          | map | sum of the pixels | 2048² | 1024² | ratio |\n|---|---|---|---|---|\n| | **published** | **5.38** | **5.25** | **1.0248** |\n",

@@ -256,7 +256,7 @@ pub fn tables(day_results: &DayResults) -> Section {
     } else {
         gammas
     };
-    let lit = |gamma: f64| {
+    let illuminated = |gamma: f64| {
         shown
             .c_deg()
             .iter()
@@ -264,7 +264,7 @@ pub fn tables(day_results: &DayResults) -> Section {
     };
     let last = gammas
         .iter()
-        .rposition(|gamma| lit(*gamma))
+        .rposition(|gamma| illuminated(*gamma))
         .map_or(gammas.len(), |last| last + 1);
     for planes in chosen(shown).chunks(PLANES) {
         let head = std::iter::once("γ".to_owned()).chain(planes.iter().map(|c| format!("C {}", angle(*c))));

@@ -146,8 +146,8 @@ fn source(part: &str) -> &str {
 
 fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
     let reduction = &day_results.reduction;
-    let levels = reduction.levels.parts_lx(0.0);
-    let level = |place: usize| match levels[place] {
+    let background = reduction.background.parts_lx(0.0);
+    let level = |place: usize| match background[place] {
         Some(lx) => format!("{} lx on the axis", significant(lx, 2)),
         None => "not measured by this run".to_owned(),
     };

@@ -56,14 +56,14 @@ pub fn section(day_results: &DayResults) -> Section {
 
 /// A headline number: the value with its uncertainty, or why there is none.
 fn tile(name: &str, quantity: &Quantity) -> Tile {
-    let said = quantity.rounded();
+    let stated = quantity.rounded();
     let (value, note) = match quantity.u {
         Some(_) => (
-            format!("{} ± {} {}", said.value, said.expanded, quantity.unit),
+            format!("{} ± {} {}", stated.value, stated.expanded, quantity.unit),
             "k = 2".to_owned(),
         ),
         None => (
-            format!("{} {}", said.value, quantity.unit),
+            format!("{} {}", stated.value, quantity.unit),
             no_uncertainty(&quantity.missing),
         ),
     };
@@ -139,13 +139,13 @@ fn angle_tile<'a>(name: &str, reduction: &'a Reduction, of: impl Fn(&'a BeamAngl
         };
     }
     let found: Vec<Option<&Quantity>> = reduction.angles.iter().map(of).collect();
-    let said = found.iter().map(|found| match found {
+    let stated = found.iter().map(|found| match found {
         None => "none".to_owned(),
         Some(quantity) => {
-            let said = quantity.rounded();
+            let stated = quantity.rounded();
             match quantity.u {
-                Some(_) => format!("{}\u{a0}±\u{a0}{}°", said.value, said.expanded),
-                None => format!("{}°", said.value),
+                Some(_) => format!("{}\u{a0}±\u{a0}{}°", stated.value, stated.expanded),
+                None => format!("{}°", stated.value),
             }
         }
     });
@@ -157,7 +157,7 @@ fn angle_tile<'a>(name: &str, reduction: &'a Reduction, of: impl Fn(&'a BeamAngl
     };
     Tile {
         name: name.to_owned(),
-        value: said.collect::<Vec<String>>().join(", "),
+        value: stated.collect::<Vec<String>>().join(", "),
         note: format!("{}; {note}", planes.join(" / ")),
     }
 }

@@ -3,16 +3,20 @@
 use std::collections::BTreeMap;
 
 use isolux_diagnose::diagnosis::{Diagnosis, along_words};
-use isolux_diagnose::table::{Coordinate, Light, Row, Source};
+use isolux_diagnose::table::{Coordinate, Light, ObservationKind, Row};
 
 use crate::diagnosis::{Panel, residuals_along};
 
 /// Panels of half-planes (one a distance, rows in order of measurement) or of maps.
 pub fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
     let rows = &found.rows;
-    if rows.iter().any(|row| row.source == Source::Bin) {
+    if rows.iter().any(|row| row.source == ObservationKind::Bin) {
         let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-        for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.source == Source::Bin) {
+        for (i, row) in rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| row.source == ObservationKind::Bin)
+        {
             groups.entry((row.file, row.group)).or_default().push(i);
         }
         let panels = groups

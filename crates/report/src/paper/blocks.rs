@@ -65,7 +65,7 @@ impl Layout<'_> {
             Block::Subheading(words) => pieces.push(self.heading(words, style(10.0, true, Ink::Text), 10.0, false)),
             Block::Verdict(words, good) => pieces.push(self.verdict(words, *good)),
             Block::Tiles(tiles) => self.tiles(tiles, pieces),
-            Block::Table(table) => self.table(table, pieces),
+            Block::ReportTable(table) => self.table(table, pieces),
             Block::Figures(figures) => self.figures(figures, pieces),
             Block::Details(summary, lines) => {
                 pieces.push(self.heading(summary, style(9.0, true, Ink::Muted), 6.0, false));
@@ -162,8 +162,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Pictures beside each other, two in a row, each with its caption below. One that has a row for itself is no larger:
-    /// its text is as large as that of the others.
+    /// Pictures beside each other, two in a row, each with its caption below. One that has a row for itself is no
+    /// larger: its text is as large as that of the others.
     fn figures(&self, figures: &[Figure], pieces: &mut Vec<Piece>) {
         const GAP: f32 = 14.0;
         const TALLEST: f32 = 300.0;

@@ -2,14 +2,14 @@
 
 use super::blocks::Layout;
 use super::piece::{CELL, Ink, Item, LEFT, Piece, Style, WIDTH, style, text, wrapped};
-use crate::document::Table;
+use crate::document::ReportTable;
 
 /// Room between columns.
 const GAP: f32 = 9.0;
 
 impl Layout<'_> {
     /// One piece a row, the head with the first.
-    pub(super) fn table(&self, table: &Table, pieces: &mut Vec<Piece>) {
+    pub(super) fn table(&self, table: &ReportTable, pieces: &mut Vec<Piece>) {
         let columns = table
             .rows
             .iter()
@@ -50,7 +50,7 @@ impl Layout<'_> {
 
     /// As wide as the longest line of each column; where they do not fit, the wide ones give way, never below their
     /// longest word while that fits.
-    fn widths(&self, table: &Table, columns: usize, cell: Style) -> Vec<f32> {
+    fn widths(&self, table: &ReportTable, columns: usize, cell: Style) -> Vec<f32> {
         let room = WIDTH - GAP * (columns as f32 - 1.0);
         let all = || table.rows.iter().chain(std::iter::once(&table.head));
         let of = |column: usize, measure: &dyn Fn(&str) -> f32| {

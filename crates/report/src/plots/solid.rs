@@ -80,14 +80,14 @@ pub fn solid(distribution: &IntensityDistribution, options: &PolarOptions) -> St
             let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
             // Light from the viewer's upper left; both sides of a face alike.
             let light = [-0.35, -0.75, 0.55];
-            let lit = if length > 0.0 {
+            let illuminated = if length > 0.0 {
                 (normal.iter().zip(light).map(|(n, l)| n * l).sum::<f64>() / length).abs()
             } else {
                 0.5
             };
             let projected = corners.map(|p| project(p.0));
             let depth = projected.iter().map(|p| p.1).sum::<f64>() / 4.0;
-            let fill = shade(0.12 + 0.72 * share).map(|v| (f64::from(v) * (0.62 + 0.38 * lit)).round() as u8);
+            let fill = shade(0.12 + 0.72 * share).map(|v| (f64::from(v) * (0.62 + 0.38 * illuminated)).round() as u8);
             faces.push((depth, projected.map(|p| p.0), fill));
         }
     }

@@ -94,7 +94,7 @@ impl Session<'_> {
 /// light. By half-plane and γ, there and back.
 fn directions(seed: &str, cells: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     let largest = cells.iter().map(|cell| cell.2).fold(0.0, f64::max);
-    let lit: Vec<usize> = (0..cells.len())
+    let illuminated: Vec<usize> = (0..cells.len())
         .filter(|&at| cells[at].2 >= LIGHT * largest && largest > 0.0)
         .collect();
     let all: Vec<usize> = (0..cells.len()).collect();
@@ -102,8 +102,8 @@ fn directions(seed: &str, cells: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     let mut draw = 0_u64;
     // A cell that comes twice is drawn again; there is an end to it where cells are few.
     while places.len() < AT_REST.min(cells.len()) && draw < 1000 {
-        let from = if places.len() < IN_LIGHT && lit.len() >= IN_LIGHT {
-            &lit
+        let from = if places.len() < IN_LIGHT && illuminated.len() >= IN_LIGHT {
+            &illuminated
         } else {
             &all
         };

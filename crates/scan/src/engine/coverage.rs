@@ -30,7 +30,7 @@ pub(super) struct Coverage {
 #[derive(Debug, Default)]
 struct Plane {
     /// γ of the plan at which a sweep has light, by their number in the block.
-    lit: Vec<bool>,
+    illuminated: Vec<bool>,
     /// The nearest conversion to each of them: how far off, degrees, and what it said, lx.
     nearest: Vec<Option<(f64, f64)>>,
     /// Sweeps of it so far.
@@ -56,7 +56,7 @@ impl Coverage {
     pub fn add(&mut self, block: &Block, sweep: &SweepRecord) {
         let key = (block.name.clone(), sweep.of.c_target_deg.to_bits());
         let plane = self.planes.entry(key).or_default();
-        plane.lit.resize(block.gamma_deg.len(), false);
+        plane.illuminated.resize(block.gamma_deg.len(), false);
         plane.count += 1;
         plane.sign = (sweep.of.gamma_deg[1] - sweep.of.gamma_deg[0]).signum();
         let conversions = conversions(sweep);
@@ -71,7 +71,7 @@ impl Coverage {
         between.sort_by(f64::total_cmp);
         let usual_deg = between.get(between.len() / 2).copied().unwrap_or(f64::INFINITY);
         let allowed_deg = step_deg(block).max(BRIDGED * usual_deg);
-        for (lit, gamma_deg) in plane.lit.iter_mut().zip(&block.gamma_deg) {
+        for (illuminated, gamma_deg) in plane.illuminated.iter_mut().zip(&block.gamma_deg) {
             let next = lit_deg.partition_point(|at| at < gamma_deg);
             let gap_deg = match (next.checked_sub(1).map(|before| lit_deg[before]), lit_deg.get(next)) {
                 (Some(before), Some(after)) => after - before,
@@ -80,7 +80,7 @@ impl Coverage {
                 (None, Some(one)) => 1.5 * (one - gamma_deg),
                 (None, None) => f64::INFINITY,
             };
-            *lit |= gap_deg <= allowed_deg;
+            *illuminated |= gap_deg <= allowed_deg;
         }
     }
 
@@ -106,8 +106,8 @@ impl Coverage {
         let speed_deg_s = block.sweep_deg_s?;
         let lacking = |c_deg: &f64| {
             let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
-            let first = plane.lit.iter().position(|lit| !lit)?;
-            let last = plane.lit.iter().rposition(|lit| !lit)?;
+            let first = plane.illuminated.iter().position(|illuminated| !illuminated)?;
+            let last = plane.illuminated.iter().rposition(|illuminated| !illuminated)?;
             let low = block.gamma_deg[first.saturating_sub(MARGIN)];
             let high = block.gamma_deg[(last + MARGIN).min(block.gamma_deg.len() - 1)];
             let gamma_deg = if plane.sign > 0.0 { [high, low] } else { [low, high] };
@@ -126,7 +126,7 @@ impl Coverage {
     fn words(&self, block: &Block) -> String {
         let of = |c_deg: &f64| {
             let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
-            let first = plane.lit.iter().position(|lit| !lit)?;
+            let first = plane.illuminated.iter().position(|illuminated| !illuminated)?;
             Some(format!("C {c_deg}° near γ {}°", block.gamma_deg[first]))
         };
         block.c_deg.iter().filter_map(of).collect::<Vec<String>>().join(", ")
@@ -155,7 +155,8 @@ fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
 }
 
 impl Session<'_> {
-    /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of the plan.
+    /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of the
+    /// plan.
     ///
     /// # Errors
     /// [`ScanError::Gaps`] where there are gaps left; what a sweep fails with.

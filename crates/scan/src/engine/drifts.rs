@@ -91,7 +91,7 @@ async fn a_drift_beyond_what_is_corrected_is_waited_for_and_then_ends_the_scan()
         panic!("{error}")
     };
     assert!(change_rel.abs() > allowed_rel && allowed_rel == 0.004, "{error}");
-    assert_eq!(error.kind(), ScanErrorKind::Gate);
+    assert_eq!(error.kind(), ScanErrorKind::NotAccepted);
     drop(run);
     let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
     assert_eq!(count(&events, "lamp_outside_band"), 1);

@@ -11,13 +11,13 @@ use super::session::Session;
 use super::verify::Output;
 use super::visit::TRIES;
 use crate::clock::microseconds;
-use crate::devices::{Request, TwoState};
+use crate::devices::{OperatorRequest, TwoState};
 use crate::dry_run::distance_mm;
 use crate::error::ScanError;
 use crate::itinerary::REFERENCE_DEG;
 use crate::motion::{drive_rail, rail_holds, stop_all};
 use crate::settle::Noise;
-use crate::warmup::{Criterion, Gate, Stable};
+use crate::warmup::{Criterion, StabilityCheck, Stable};
 
 impl Session<'_> {
     /// Brings the detector to the distance of a block, and asks what the block asks.
@@ -57,7 +57,7 @@ impl Session<'_> {
                 self.lamp(block, true).await?;
             }
             ReadingKind::Baffled => {
-                // The gate needs the light before the baffle goes in.
+                // The check of stability needs the light before the baffle goes in.
                 self.lamp(block, true).await?;
                 self.shutter(block, true).await?;
                 self.baffle(block, true).await?;
@@ -165,9 +165,9 @@ impl Session<'_> {
         let on_for = self.clock.seconds(now) - self.lamp_on_s.unwrap_or_default();
         let criterion = Criterion::of(self.engine.station, &self.limits).beginning_at(on_for);
         let on_at = now.checked_sub(Duration::from_secs_f64(on_for.max(0.0))).unwrap_or(now);
-        let mut gate = Gate::new(criterion, on_at);
+        let mut check = StabilityCheck::new(criterion, on_at);
         let stable = loop {
-            let look = gate.look(&mut self.photometer, self.devices.power.as_deref()).await;
+            let look = check.look(&mut self.photometer, self.devices.power.as_deref()).await;
             // First of all: light that somebody has cut off says nothing of the lamp.
             self.verify().await?;
             let look = look?;
@@ -180,11 +180,11 @@ impl Session<'_> {
                 spread_rel: look.spread_rel,
                 power: look.power,
             }))?;
-            if let Some(stable) = gate.judge(&look)? {
+            if let Some(stable) = check.judge(&look)? {
                 break stable;
             }
             tokio::select! {
-                () = gate.pause() => {}
+                () = check.pause() => {}
                 _ = self.engine.pause.wait_asked() => {}
             }
             if self.pause_if_asked().await? {
@@ -242,8 +242,8 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Switches an output; whether anything was done. A person is not asked for the state that a bench has anyway at the
-    /// start (`as_found`).
+    /// Switches an output; whether anything was done. A person is not asked for the state that a bench has anyway at
+    /// the start (`as_found`).
     async fn switch(
         &mut self,
         switch: Option<&TwoState>,
@@ -273,7 +273,7 @@ impl Session<'_> {
             axes,
             before: String::new(),
         })?;
-        let request = Request {
+        let request = OperatorRequest {
             prompt,
             kind,
             distance_mm,

@@ -17,7 +17,7 @@ impl Session<'_> {
     /// done where this is called: both axes are stopped and verified at rest, lamp, shutter and baffle stay as they
     /// are.
     pub async fn pause_if_asked(&mut self) -> Result<bool, ScanError> {
-        let Some(by) = self.engine.pause.asked() else {
+        let Some(by) = self.engine.pause.requested() else {
             return Ok(false);
         };
         stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {

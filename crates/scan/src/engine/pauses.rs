@@ -28,18 +28,18 @@ async fn paused(from: f64, to: f64, hand: impl Fn(&mut Room, usize) + Send + 'st
     let plan = plan(DAY);
     let (_keep, path, mut run) = run_dir(&devices, &plan);
     let pause = Pause::new();
-    let (asked, hands) = (pause.clone(), room.clone());
+    let (requested, hands) = (pause.clone(), room.clone());
     let begun = Instant::now();
     tokio::spawn(async move {
         sleep(Duration::from_secs_f64(from)).await;
-        assert!(asked.ask("a test") && !asked.ask("another"), "the first stands");
+        assert!(requested.ask("a test") && !requested.ask("another"), "the first stands");
         // The visit that was begun is finished.
         sleep(Duration::from_secs(25)).await;
         hand(&mut hands.lock().unwrap(), 0);
         sleep(Duration::from_secs_f64((to - from) / 2.0 - 25.0)).await;
         hand(&mut hands.lock().unwrap(), 1);
         sleep(Duration::from_secs_f64((to - from) / 2.0)).await;
-        assert!(asked.end("a test"));
+        assert!(requested.end("a test"));
         sleep(Duration::from_mins(5)).await;
         hand(&mut hands.lock().unwrap(), 2);
     });
@@ -168,7 +168,7 @@ async fn a_lamp_that_does_not_come_back_ends_the_scan() {
     let paused = paused(1840.0, 3000.0, |room, _| room.dimmed = 0.03).await;
     let error = paused.outcome.unwrap_err();
     assert!(matches!(error, ScanError::Reference { .. }), "{error}");
-    assert_eq!(error.kind(), ScanErrorKind::Gate);
+    assert_eq!(error.kind(), ScanErrorKind::NotAccepted);
     assert!(at_rest(&paused.room));
     let stable = paused.events.iter().filter(|event| event["event"] == "stable");
     assert_eq!(stable.count(), 2, "warmed up again before it is refused");
@@ -194,10 +194,10 @@ async fn an_abort_ends_a_pause_with_the_axes_at_rest() {
     let plan = plan(DAY);
     let (_keep, path, mut run) = run_dir(&devices, &plan);
     let (pause, cancel) = (Pause::new(), Cancel::new());
-    let (asked, signal) = (pause.clone(), cancel.clone());
+    let (requested, signal) = (pause.clone(), cancel.clone());
     tokio::spawn(async move {
         sleep(Duration::from_secs(1840)).await;
-        assert!(asked.toggle("p"));
+        assert!(requested.toggle("p"));
         sleep(Duration::from_secs(100)).await;
         signal.cancel("abort from the page");
     });
@@ -216,11 +216,11 @@ async fn a_pause_that_cannot_stop_an_axis_ends_the_scan_and_says_so() {
     let plan = plan(DAY);
     let (_keep, path, mut run) = run_dir(&devices, &plan);
     let pause = Pause::new();
-    let asked = pause.clone();
+    let requested = pause.clone();
     tokio::spawn(async move {
         sleep(Duration::from_secs(1840)).await;
         room.lock().unwrap().stop_fails = true;
-        asked.ask("a test");
+        requested.ask("a test");
     });
     let outcome = scan_with(&mut devices, &plan, &mut run, (&Cancel::new(), &pause), None).await;
     let error = outcome.unwrap_err();

@@ -119,7 +119,7 @@ async fn a_lamp_whose_power_drifts_is_not_stable_however_steady_its_light() {
     let (outcome, run) = day(drifting(), "").await;
     let error = outcome.unwrap_err();
     assert!(matches!(error, ScanError::NotStable { of: "power", .. }), "{error}");
-    assert_eq!((error.kind(), run.readings.rows.len()), (ScanErrorKind::Gate, 0));
+    assert_eq!((error.kind(), run.readings.rows.len()), (ScanErrorKind::NotAccepted, 0));
     let (outcome, run) = day(drifting(), "[limits]\npower_spread_rel = 0.02\n").await;
     assert!(outcome.is_ok() && !run.readings.rows.is_empty());
 }

@@ -1,5 +1,5 @@
-//! A process that is stopped and a computer that sleeps, on a bench of fakes in virtual time: a stop is time that passes
-//! at once, a sleep is time that only another clock counts.
+//! A process that is stopped and a computer that sleeps, on a bench of fakes in virtual time: a stop is time that
+//! passes at once, a sleep is time that only another clock counts.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -83,8 +83,8 @@ async fn slept(how: How, moment: f64, length_s: u64, meanwhile: impl Fn(&mut Roo
             How::Suspended => drop(suspended.fetch_add(length_s, Ordering::Relaxed)),
         }
     });
-    let asked = (&Cancel::new(), &Pause::new());
-    let outcome = scan_awake(&mut devices, &plan, &mut run, asked, None, &awake).await;
+    let requested = (&Cancel::new(), &Pause::new());
+    let outcome = scan_awake(&mut devices, &plan, &mut run, requested, None, &awake).await;
     task.abort();
     drop(run);
     let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
@@ -152,8 +152,8 @@ async fn stopped_again_while_the_bench_is_being_found_it_begins_anew() {
             }
         });
         let awake = Awake::watching(Arc::new(|| Duration::ZERO));
-        let asked = (&Cancel::new(), &Pause::new());
-        let outcome = scan_awake(&mut devices, &plan, &mut run, asked, None, &awake).await;
+        let requested = (&Cancel::new(), &Pause::new());
+        let outcome = scan_awake(&mut devices, &plan, &mut run, requested, None, &awake).await;
         task.abort();
         drop(run);
         let day = Slept {
@@ -219,8 +219,8 @@ async fn a_computer_that_never_stays_awake_ends_the_scan_and_says_so() {
             advance(Duration::from_secs(5)).await;
         }
     });
-    let asked = (&Cancel::new(), &Pause::new());
-    let error = scan_awake(&mut devices, &plan, &mut run, asked, None, &awake)
+    let requested = (&Cancel::new(), &Pause::new());
+    let error = scan_awake(&mut devices, &plan, &mut run, requested, None, &awake)
         .await
         .unwrap_err();
     task.abort();
@@ -236,14 +236,14 @@ async fn a_pause_over_which_the_computer_slept_ends_as_a_pause() {
     let plan = plan(DAY);
     let (_keep, path, mut run) = run_dir(&devices, &plan);
     let pause = Pause::new();
-    let asked = pause.clone();
+    let requested = pause.clone();
     tokio::spawn(async move {
         sleep(Duration::from_secs(1840)).await;
-        asked.ask("a test");
+        requested.ask("a test");
         sleep(Duration::from_secs(100)).await;
         advance(Duration::from_hours(1)).await;
         sleep(Duration::from_secs(100)).await;
-        asked.end("a test");
+        requested.end("a test");
     });
     let awake = Awake::watching(Arc::new(|| Duration::ZERO));
     let began = Instant::now();

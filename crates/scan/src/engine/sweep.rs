@@ -1,8 +1,8 @@
 //! One sweep: γ goes through its half-plane at one speed while the meter reads, and everything is kept as it came.
 //!
-//! The axis gets one absolute target inside its limits, so that it comes to rest there whatever becomes of this program;
-//! the driver follows the move and stops it after a failure. A sweep that was disturbed, or in which too much is
-//! missing, is recorded as torn and made again.
+//! The axis gets one absolute target inside its limits, so that it comes to rest there whatever becomes of this
+//! program; the driver follows the move and stops it after a failure. A sweep that was disturbed, or in which too much
+//! is missing, is recorded as torn and made again.
 
 use std::cell::{Cell, RefCell};
 use std::time::Duration;
@@ -54,7 +54,7 @@ impl Caught {
 
 /// One conversion, or why there is none.
 struct Conversion {
-    asked: Instant,
+    requested: Instant,
     answered: Instant,
     sample: Result<LuxSample, String>,
 }
@@ -165,8 +165,8 @@ impl Session<'_> {
         let meter = self.devices.meter.as_ref();
         let mut failures = 0;
         while !caught.ended.get() && failures < MOST_FAILURES {
-            let asked = Instant::now();
-            let deadline = asked + meter.properties().integration + SAMPLE_WITHIN;
+            let requested = Instant::now();
+            let deadline = requested + meter.properties().integration + SAMPLE_WITHIN;
             match meter.sample(deadline).await {
                 Ok(sample) => {
                     failures = 0;
@@ -174,7 +174,7 @@ impl Session<'_> {
                         .over_range
                         .set(caught.over_range.get() || sample.outcome == LuxOutcome::OverRange);
                     caught.light.borrow_mut().push(Conversion {
-                        asked: sample.asked,
+                        requested: sample.requested,
                         answered: sample.answered,
                         sample: Ok(sample),
                     });
@@ -183,7 +183,7 @@ impl Session<'_> {
                     failures += 1;
                     caught.doubt_last();
                     caught.light.borrow_mut().push(Conversion {
-                        asked,
+                        requested,
                         answered: Instant::now(),
                         sample: Err(error.to_string()),
                     });
@@ -211,8 +211,8 @@ impl Session<'_> {
             let (illuminance_lx, digit_lx, raw) = match caught.sample {
                 Ok(sample) if ![0, held].contains(&i32::from(sample.range)) => {
                     // A range is held: this is another one's answer, or a damaged one.
-                    let said = hex::encode(&sample.evidence);
-                    (None, 0.0, format!("in range {}: {said}", sample.range))
+                    let stated = hex::encode(&sample.evidence);
+                    (None, 0.0, format!("in range {}: {stated}", sample.range))
                 }
                 Ok(sample) => {
                     let lux = match sample.outcome {
@@ -224,7 +224,7 @@ impl Session<'_> {
                 Err(why) => (None, 0.0, why),
             };
             LightSample {
-                asked_s: self.time_s(caught.asked),
+                asked_s: self.time_s(caught.requested),
                 answered_s: self.time_s(caught.answered),
                 illuminance_lx,
                 digit_lx,
@@ -269,13 +269,13 @@ fn missing(record: &SweepRecord, over_range: bool) -> Option<String> {
         ));
     }
     let whole = record.light.iter().filter(|sample| sample.illuminance_lx.is_some());
-    let asked: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
+    let requested: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
     let first_and_last = |all: &[LightSample]| Some((all.first()?.asked_s, all.last()?.answered_s));
-    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| asked.len() > 8) else {
-        return Some(format!("{} conversions have a number", asked.len()));
+    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| requested.len() > 8) else {
+        return Some(format!("{} conversions have a number", requested.len()));
     };
-    let mut between: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    between.push(ended_s - asked.last().copied().unwrap_or(ended_s));
+    let mut between: Vec<f64> = requested.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    between.push(ended_s - requested.last().copied().unwrap_or(ended_s));
     between.sort_by(f64::total_cmp);
     let usual_s = between[between.len() / 2];
     let without_s: f64 = between.iter().filter(|way| **way > GAP * usual_s).sum();

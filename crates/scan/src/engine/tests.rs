@@ -65,10 +65,10 @@ pub(super) async fn scan_with(
     devices: &mut Devices,
     plan: &Plan,
     run: &mut RunDir,
-    asked: (&Cancel, &Pause),
+    requested: (&Cancel, &Pause),
     resumed: Option<&Run>,
 ) -> Result<ScanSummary, ScanError> {
-    scan_awake(devices, plan, run, asked, resumed, &Awake::unwatched()).await
+    scan_awake(devices, plan, run, requested, resumed, &Awake::unwatched()).await
 }
 
 pub(super) async fn scan_awake(
@@ -143,12 +143,12 @@ async fn a_whole_day_is_recorded_as_it_was() {
         );
     }
     // "both": up, then down; the first reading of the way down repeats the last of the way up, its travel is held.
-    let lit: Vec<i8> = rows
+    let illuminated: Vec<i8> = rows
         .iter()
         .filter(|row| row.block == "lit" && row.role == Role::Point)
         .map(|row| row.travel)
         .collect();
-    assert_eq!(lit, [0, 1, 1, 1, -1, -1, -1, 1, 1, 1, -1, -1]);
+    assert_eq!(illuminated, [0, 1, 1, 1, -1, -1, -1, 1, 1, 1, -1, -1]);
     assert_eq!(run.spectra.len(), 1);
     let peak = run.spectra[0].pixels[7];
     assert!(peak.counts > 0.4 * 65_535.0 && !peak.saturated && peak.dark_counts == 1500.0);
@@ -375,7 +375,7 @@ async fn the_gate_stays_shut_for_a_lamp_that_drifts_or_is_dark() {
         .await
         .unwrap_err();
     assert!(matches!(error, ScanError::NotStable { .. }), "{error}");
-    assert_eq!(error.kind(), ScanErrorKind::Gate);
+    assert_eq!(error.kind(), ScanErrorKind::NotAccepted);
     assert!(at_rest(&room));
     assert!(Run::read(&path).unwrap().readings.rows.is_empty());
 }

@@ -29,7 +29,7 @@ pub(super) struct Output<'a> {
 }
 
 /// The bench as it was left.
-pub(super) struct Left<'b, 'a> {
+pub(super) struct BenchState<'b, 'a> {
     pub axes: &'b Axes<'a>,
     /// The rail and where it was driven to.
     pub rail: Option<(&'a dyn Axis<Millimetre>, f64)>,
@@ -46,8 +46,8 @@ impl<'a> Session<'a> {
     }
 
     /// The bench as it was left.
-    pub fn left(&self) -> Left<'_, 'a> {
-        Left {
+    pub fn left(&self) -> BenchState<'_, 'a> {
+        BenchState {
             axes: &self.axes,
             rail: self.rail_left(),
             outputs: self.outputs_left(),
@@ -99,7 +99,7 @@ impl<'a> Session<'a> {
     }
 }
 
-impl Left<'_, '_> {
+impl BenchState<'_, '_> {
     /// Lets an instrument work, and verifies all the while and at the end.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use tokio::time::Instant;
 use super::limit::Waiting;
 use super::repeats;
 use super::session::Session;
-use super::verify::Left;
+use super::verify::BenchState;
 use crate::clock::microseconds;
 use crate::electrical;
 use crate::error::ScanError;
@@ -167,7 +167,7 @@ impl Session<'_> {
 
     /// A new reading of light and supply line, during which and after which everything is as it was left.
     async fn verified(&mut self, not_before: Instant) -> Result<(LuxReading, Electrical), ScanError> {
-        let left = Left {
+        let left = BenchState {
             rail: self.rail_left(),
             outputs: self.outputs_left(),
             axes: &self.axes,
@@ -258,8 +258,8 @@ impl Session<'_> {
                 self.references.keep(&reading, &self.limits);
             }
             let recorded = self.run.append(reading)?;
-            let told = self.now(Event::Reading(Box::new(recorded)));
-            self.engine.observer.event(&told);
+            let described = self.now(Event::Reading(Box::new(recorded)));
+            self.engine.observer.event(&described);
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use isolux_device::{
 use isolux_units::{AxisAngle, Lux};
 use tokio::time::{Instant, sleep_until};
 
-use super::room::{Drive, Shared, Truth};
+use super::room::{AxisDrive, Shared, Truth};
 
 pub fn identity(target: &str) -> Identity {
     Identity {
@@ -57,9 +57,9 @@ impl Axis for FakeAxis {
     }
     async fn home(&self, _: Instant) -> Result<AxisPosition, DeviceError> {
         sleep_until(Instant::now() + Duration::from_secs(10)).await;
-        self.room.lock().unwrap().axes[self.index] = Drive {
+        self.room.lock().unwrap().axes[self.index] = AxisDrive {
             homed: true,
-            ..Drive::default()
+            ..AxisDrive::default()
         };
         Ok(self.now())
     }
@@ -81,7 +81,7 @@ impl Axis for FakeAxis {
                 expected
             };
         let drive = &mut room.axes[self.index];
-        *drive = Drive {
+        *drive = AxisDrive {
             from,
             to: target_steps,
             began: Some(now),
@@ -128,7 +128,7 @@ impl Axis for FakeAxis {
             }
             let drive = &mut room.axes[self.index];
             let at = drive.steps(now);
-            *drive = Drive {
+            *drive = AxisDrive {
                 from: at,
                 to: at,
                 began: None,
@@ -221,7 +221,7 @@ impl LuxMeter for FakeMeter {
             outcome: reading.outcome,
             range: reading.range,
             digit: reading.digit,
-            asked: reading.began,
+            requested: reading.began,
             answered: reading.ended,
             evidence: reading.evidence,
         })
@@ -292,10 +292,10 @@ impl Spectroradiometer for FakeSpectro {
         let began = Instant::now();
         sleep_until(began + time).await;
         let room = self.room.lock().unwrap();
-        let lit = room.shutter_open && room.lamp_on.is_some();
+        let illuminated = room.shutter_open && room.lamp_on.is_some();
         let counts = (0..8)
             .map(|pixel| {
-                let light = if lit && pixel > 0 {
+                let light = if illuminated && pixel > 0 {
                     f64::from(pixel) * 40_000.0 * time.as_secs_f64()
                 } else {
                     0.0

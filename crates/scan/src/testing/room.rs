@@ -7,7 +7,7 @@ use tokio::time::Instant;
 /// The truth of the fake bench, shared by its instruments.
 #[derive(Debug, Default)]
 pub struct Room {
-    pub axes: [Drive; 2],
+    pub axes: [AxisDrive; 2],
     pub lamp_on: Option<Instant>,
     pub shutter_open: bool,
     pub baffle_in: bool,
@@ -44,7 +44,7 @@ pub struct Truth {
 }
 
 #[derive(Debug, Default, Clone, Copy)]
-pub struct Drive {
+pub struct AxisDrive {
     pub from: i64,
     pub to: i64,
     pub began: Option<Instant>,
@@ -53,7 +53,7 @@ pub struct Drive {
     pub stops: u32,
 }
 
-impl Drive {
+impl AxisDrive {
     pub fn steps(&self, now: Instant) -> i64 {
         match (self.began, self.ends) {
             (Some(began), Some(ends)) if now < ends => {

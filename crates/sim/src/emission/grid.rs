@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::cell::Cell;
 use crate::sensor::Sensor;
 use crate::source::Part;
-use crate::table::Table;
+use crate::table::IntensityTable;
 
 /// Largest width in radians of a cell that reaches the sensor: the Taylor series of sine and cosine are exact to 1e-15.
 const WIDTH: f64 = 0.05;
@@ -104,7 +104,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    pub fn of(table: &Table, targets: &Targets) -> Self {
+    pub fn of(table: &IntensityTable, targets: &Targets) -> Self {
         let [from, to] = targets.gamma;
         // About 24 cells across the sensor, never wider than the series allow.
         let fine = ((to - from) / 24.0).clamp(1e-5, WIDTH);
@@ -132,7 +132,7 @@ impl Grid {
         Self { c, gamma }
     }
 
-    pub fn cell(&self, table: &Table, part: u32, ic: usize, ig: usize) -> (Cell, f64) {
+    pub fn cell(&self, table: &IntensityTable, part: u32, ic: usize, ig: usize) -> (Cell, f64) {
         let corner = self.corners(table, ic, ig).map(|value| value.max(0.0));
         let (gamma, c) = (self.gamma[ig], self.c[ic]);
         let (d_gamma, d_c) = (self.gamma[ig + 1] - gamma, self.c[ic + 1] - c);
@@ -160,7 +160,7 @@ impl Grid {
     }
 
     /// Flux of the negative values of the cell's corners.
-    pub fn negative(&self, table: &Table, ic: usize, ig: usize) -> f64 {
+    pub fn negative(&self, table: &IntensityTable, ic: usize, ig: usize) -> f64 {
         let corner = self.corners(table, ic, ig);
         if corner.iter().all(|value| *value >= 0.0) {
             return 0.0;
@@ -174,7 +174,7 @@ impl Grid {
         )
     }
 
-    fn corners(&self, table: &Table, ic: usize, ig: usize) -> [f64; 4] {
+    fn corners(&self, table: &IntensityTable, ic: usize, ig: usize) -> [f64; 4] {
         // Values on a line of the grid come from its own side: the end of the γ range is inside.
         let c = [self.c[ic], self.c[ic + 1] - 1e-13];
         [
@@ -246,7 +246,7 @@ mod tests {
         let c_deg: Vec<f64> = (0..8).map(|k| 45.0 * f64::from(k)).collect();
         let gamma_deg = vec![0.0, 4.0, 9.0, 15.0, 30.0, 60.0, 90.0, 180.0];
         let table = IntensityDistribution::new(c_deg, gamma_deg.clone(), vec![1.0; 8 * gamma_deg.len()]).unwrap();
-        let table = Arc::new(Table::new(&table));
+        let table = Arc::new(IntensityTable::new(&table));
         let shapes = [
             Shape::Point(DVec3::ZERO),
             Shape::Disc {

@@ -1,10 +1,10 @@
 //! Rays from the emitter, drawn from the very interpolant that the inverse solver evaluates.
 //!
-//! The density of directions is I(C, γ)·sin γ dγ dC. The grid is refined (which leaves the interpolant as it is) until
-//! its cells are small where the sensor can be reached; a cell is drawn by its flux, γ within it by inverting the exact
-//! integral of (linear × sine), C by inverting the linear density at that γ. Cells that no ray can leave towards the
-//! sensor stand at the end of the list: a ray's first number says whether it matters, and the flux of the others is the
-//! cone of the thinned mode.
+//! The density of directions is I(C, γ)·sin γ dγ dC. The grid is refined (which leaves the interpolant as it is)
+//! until its cells are small where the sensor can be reached; a cell is drawn by its flux, γ within it by inverting
+//! the exact integral of (linear × sine), C by inverting the linear density at that γ. Cells that no ray can leave
+//! towards the sensor stand at the end of the list: a ray's first number says whether it matters, and the flux of the
+//! others is the cone of the thinned mode.
 
 mod cell;
 mod grid;
@@ -15,7 +15,7 @@ pub(crate) use self::cell::{Cell, MOST_STEPS};
 use self::grid::{Grid, cell_reaches, targets};
 use crate::random::{unit32, unit53};
 use crate::sensor::Sensor;
-use crate::source::{Shape, Source};
+use crate::source::{LightSource, Shape};
 use crate::sum::Sum;
 
 /// A ray: origin in mm and unit direction, luminaire frame.
@@ -41,7 +41,7 @@ pub struct Emission {
 
 impl Emission {
     /// The rays of `source`, refined round the directions of `sensor`.
-    pub fn new(source: &Source, sensor: &Sensor) -> Self {
+    pub fn new(source: &LightSource, sensor: &Sensor) -> Self {
         let mut cells = Vec::new();
         let mut fluxes = Vec::new();
         let (mut total, mut refused) = (Sum::default(), Sum::default());

@@ -5,14 +5,14 @@ mod prepared;
 mod route;
 mod routes;
 mod tiles;
-mod trust;
+mod tolerance;
 
 use rayon::prelude::*;
 
 use self::prepared::Prepared;
 use crate::crossings::Scratch;
 use crate::sensor::Sensor;
-use crate::source::Source;
+use crate::source::LightSource;
 
 pub use self::prepared::DIM;
 pub use self::routes::Routes;
@@ -22,7 +22,7 @@ pub use isolux_model::Accuracy;
 
 /// Error that an accuracy allows a pixel, relative to it.
 pub fn allowed(accuracy: Accuracy) -> f64 {
-    trust::Trusts::of(accuracy).allowed
+    tolerance::Tolerances::of(accuracy).allowed
 }
 
 /// A map of illuminance without noise.
@@ -36,7 +36,7 @@ pub struct Map {
 
 /// The map: quick rules where their bound meets the tolerance, cuts at every kink elsewhere, polynomials over tiles
 /// where the light is smooth. Independent of the number of threads.
-pub fn solve(source: &Source, sensor: &Sensor, accuracy: Accuracy) -> Map {
+pub fn solve(source: &LightSource, sensor: &Sensor, accuracy: Accuracy) -> Map {
     let mut illuminance_lx = vec![0.0; sensor.pixels()];
     let bound = solve_into(source, sensor, accuracy, &mut illuminance_lx);
     Map { illuminance_lx, bound }
@@ -46,7 +46,7 @@ pub fn solve(source: &Source, sensor: &Sensor, accuracy: Accuracy) -> Map {
 ///
 /// # Panics
 /// If `map` has another length.
-pub fn solve_into(source: &Source, sensor: &Sensor, accuracy: Accuracy, map: &mut [f64]) -> Bound {
+pub fn solve_into(source: &LightSource, sensor: &Sensor, accuracy: Accuracy, map: &mut [f64]) -> Bound {
     solve_by(source, sensor, accuracy, Routes::ALL, map)
 }
 
@@ -54,14 +54,14 @@ pub fn solve_into(source: &Source, sensor: &Sensor, accuracy: Accuracy, map: &mu
 ///
 /// # Panics
 /// If `map` has another length than the sensor has pixels.
-pub fn solve_by(source: &Source, sensor: &Sensor, accuracy: Accuracy, routes: Routes, map: &mut [f64]) -> Bound {
+pub fn solve_by(source: &LightSource, sensor: &Sensor, accuracy: Accuracy, routes: Routes, map: &mut [f64]) -> Bound {
     assert_eq!(map.len(), sensor.pixels(), "one number a pixel");
     tiles::fill(&Prepared::new(source, sensor, accuracy, routes, 1.0), sensor, map)
 }
 
 /// The mean over one pixel in lx with its bound, to errors `share` times those of a map of this accuracy.
 pub fn pixel(
-    source: &Source,
+    source: &LightSource,
     sensor: &Sensor,
     [ix, iy]: [usize; 2],
     accuracy: Accuracy,
@@ -73,7 +73,7 @@ pub fn pixel(
 }
 
 /// Every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
-pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
+pub fn solve_each(source: &LightSource, sensor: &Sensor) -> Map {
     let prepared = Prepared::new(source, sensor, Accuracy::Reference, Routes::CHORDS, 1.0);
     let mut illuminance_lx = vec![0.0; sensor.pixels()];
     let bound = illuminance_lx

@@ -6,7 +6,7 @@ use glam::DVec3;
 use isolux_model::Accuracy;
 
 use super::routes::Routes;
-use super::trust::Trusts;
+use super::tolerance::Tolerances;
 use crate::angles::Lanes;
 use crate::bound::Allowed;
 use crate::crossings::{self, Scratch};
@@ -15,8 +15,8 @@ use crate::polar::Polar;
 use crate::product::{self, Rule};
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
-use crate::source::{Shape, Source};
-use crate::table::Table;
+use crate::source::{LightSource, Shape};
+use crate::table::IntensityTable;
 
 /// Share of the map's largest pixel below which the error that an accuracy allows no longer falls with the pixel.
 pub const DIM: f64 = 1e-3;
@@ -39,7 +39,7 @@ const LOOKED: f64 = 0.8;
 /// A source before a sensor, with everything that does not depend on the pixel.
 pub(super) struct Prepared<'a> {
     items: Vec<Item<'a>>,
-    pub trusts: &'static Trusts,
+    pub tolerances: &'static Tolerances,
     pub allowed: Allowed,
     pub routes: Routes,
 }
@@ -60,18 +60,18 @@ pub(super) struct Item<'a> {
     /// How much smaller errors must be than in the part's light: a thin ring is the small difference of two discs.
     pub cancel: f64,
     /// Share of a map's own errors that is asked for.
-    pub asked: f64,
+    pub requested: f64,
     pub routes: Routes,
     /// Light below which errors no longer fall with it, lx.
     pub dim_lx: f64,
-    pub trusts: &'static Trusts,
+    pub tolerances: &'static Tolerances,
     /// The same upside down, for pixels behind the plane of a flat emitter.
     pub below: Option<Box<Item<'a>>>,
 }
 
 impl<'a> Prepared<'a> {
-    pub fn new(source: &'a Source, sensor: &Sensor, accuracy: Accuracy, routes: Routes, asked: f64) -> Self {
-        let trusts = Trusts::of(accuracy);
+    pub fn new(source: &'a LightSource, sensor: &Sensor, accuracy: Accuracy, routes: Routes, requested: f64) -> Self {
+        let tolerances = Tolerances::of(accuracy);
         let mut items = Vec::new();
         // Parallel LEDs share their rules.
         let mut of_points: Option<Arc<Vec<Rule>>> = None;
@@ -103,10 +103,10 @@ impl<'a> Prepared<'a> {
                 rules: Arc::default(),
                 polar: None,
                 cancel: 1.0,
-                asked,
+                requested,
                 routes,
                 dim_lx: 0.0,
-                trusts,
+                tolerances,
                 below: None,
             };
             if let Shape::Point(centre) = part.shape {
@@ -123,7 +123,7 @@ impl<'a> Prepared<'a> {
                 continue;
             }
             let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && routes.outlines;
-            let polar = |table: &'a Table| flat.then(|| Polar::new(table)).flatten().map(Arc::new);
+            let polar = |table: &'a IntensityTable| flat.then(|| Polar::new(table)).flatten().map(Arc::new);
             let (above, behind) = (polar(&part.table), flat && sensor.lowest() < part.shape.centre().z);
             let under = if behind { polar(part.table.upside_down()) } else { None };
             let patches = part.shape.patches();
@@ -154,12 +154,12 @@ impl<'a> Prepared<'a> {
             }
         }
         let allowed = Allowed {
-            relative: trusts.allowed,
+            relative: tolerances.allowed,
             dim_lx,
         };
         Self {
             items,
-            trusts,
+            tolerances,
             allowed,
             routes,
         }
@@ -177,7 +177,7 @@ impl<'a> Prepared<'a> {
             let sight = pixel.centre() + item.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
             let table = item.light.table;
             let bend = crossings::bend_within(table, sight, radius + blur + pixel.radius());
-            BEND_MISSED * bend <= self.trusts.polynomial * table.toward(sight).abs()
+            BEND_MISSED * bend <= self.tolerances.polynomial * table.toward(sight).abs()
         })
     }
 
@@ -242,7 +242,7 @@ impl<'a> Item<'a> {
     }
 
     /// Seen in a mirror at z = 0.
-    fn upside_down(&self, table: &'a Table, polar: Option<Arc<Polar<'a>>>) -> Self {
+    fn upside_down(&self, table: &'a IntensityTable, polar: Option<Arc<Polar<'a>>>) -> Self {
         let turned = |v: DVec3| DVec3::new(v.x, v.y, -v.z);
         let emitter = self.emitter.as_ref().map(|emitter| emitter.mapped(turned));
         Self {
@@ -308,8 +308,8 @@ mod tests {
         let gamma_deg: Vec<f64> = (0..=18).map(|k| 5.0 * f64::from(k)).collect();
         let cd = |gamma: &f64| 1000.0 - 0.01 * gamma + if *gamma > 10.0 { 15.0 * (gamma - 10.0) } else { 0.0 };
         let intensity_cd = gamma_deg.iter().map(cd).collect();
-        let table = Table::new(&IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd).unwrap());
-        let source = Source::single(Arc::new(table), Shape::Point(DVec3::ZERO));
+        let table = IntensityTable::new(&IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd).unwrap());
+        let source = LightSource::single(Arc::new(table), Shape::Point(DVec3::ZERO));
         let sensor = Sensor::new(&Pose {
             size_mm: [100.0; 2],
             pixels: [400; 2],

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::prepared::Item;
-use super::trust::{DARK, UNSEEN};
+use super::tolerance::{DARK, UNSEEN};
 use crate::crossings::{self, Scratch};
 use crate::cubature::{self, WorkLimit};
 use crate::patch::Patch;
@@ -49,9 +49,9 @@ impl Item<'_> {
         let pixel = self.window.shifted(shift);
         let sight = self.sight(shift);
         let reach = pixel.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
-        let trusts = self.trusts;
+        let tolerances = self.tolerances;
         if let Some(found) = self.product(sight, reach, scratch) {
-            return trusts.product.stated(found, self.cancel, 0.0);
+            return tolerances.product.stated(found, self.cancel, 0.0);
         }
         if let Some(below) = &self.below
             && sight.z < 0.0
@@ -62,26 +62,26 @@ impl Item<'_> {
         let distance = sight.length();
         let height = (light.toward.dot(sight).abs() + reach).min(distance);
         let brightest = 1e6 * light.table.peak_cd() * height / (distance * distance * distance);
-        let scale = self.cancel * self.asked;
-        let unseen = UNSEEN * self.asked * brightest;
+        let scale = self.cancel * self.requested;
+        let unseen = UNSEEN * self.requested * brightest;
         let dark = self.dim_lx.max(DARK * brightest);
         let Some(emitter) = &self.emitter else {
-            let aim = trusts.lines.aim * scale;
+            let aim = tolerances.lines.aim * scale;
             let found = crossings::mean(light, pixel.corner_and_sides(), aim, aim * dark, scratch);
-            return trusts.lines.stated(found, scale, unseen);
+            return tolerances.lines.stated(found, scale, unseen);
         };
-        let aim = trusts.lines.aim * scale;
+        let aim = tolerances.lines.aim * scale;
         if let Some(found) = self.spots(&pixel, emitter, aim, aim * dark, scratch) {
-            return trusts.lines.stated(found, scale, unseen);
+            return tolerances.lines.stated(found, scale, unseen);
         }
-        let aim = trusts.outlines.aim * scale;
+        let aim = tolerances.outlines.aim * scale;
         if let Some(found) = self.outlined(&pixel, emitter, aim, aim * dark, scratch) {
-            return trusts.outlines.stated(found, scale, unseen);
+            return tolerances.outlines.stated(found, scale, unseen);
         }
-        let aim = trusts.chords.aim * scale;
+        let aim = tolerances.chords.aim * scale;
         let leaves = self.routes.leaves;
         let found = strips::mean(light, &pixel, emitter, [aim, aim * dark], leaves, scratch);
-        trusts.chords.stated(found, scale, unseen)
+        tolerances.chords.stated(found, scale, unseen)
     }
 
     /// A product rule, where the bound of its error meets the tolerance.
@@ -100,7 +100,10 @@ impl Item<'_> {
         let sight = self.sight(shift);
         let (rule, error) = self.rule(sight, reach, around)?;
         let value = self.light.at(sight);
-        let stated = self.trusts.product.stated(Estimate { value, error }, self.cancel, 0.0);
+        let stated = self
+            .tolerances
+            .product
+            .stated(Estimate { value, error }, self.cancel, 0.0);
         Some((rule, stated.error))
     }
 
@@ -139,7 +142,7 @@ impl Item<'_> {
         };
         let per_cd = 1e6 * height / (distance * distance * distance);
         let cd = light.table.toward(sight).abs();
-        let tolerance = self.trusts.product.aim * self.cancel * cd.max(self.dim_lx / per_cd);
+        let tolerance = self.tolerances.product.aim * self.cancel * cd.max(self.dim_lx / per_cd);
         let near = (axis - around).max(1e-300);
         let bound = |rule: &Rule| {
             let bent = bends.lines * rule.ramp + bends.pole * rule.about(reach / near);
@@ -225,7 +228,7 @@ impl Item<'_> {
             let seen = emitter.shifted(corner + s * first + t * second);
             per_area * polar.integral(&seen, toward, &mut scratch.cuts).unwrap_or(f64::NAN)
         };
-        let more = self.asked < 1.0;
+        let more = self.requested < 1.0;
         // A pixel over which the light hardly bends: four points, exact to degree 3, beside one.
         let clear = pixel.radius() < WITHIN * emitter.radius()
             && above > CLEAR * pixel.radius()

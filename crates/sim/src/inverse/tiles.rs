@@ -181,7 +181,7 @@ impl Filler<'_> {
         }
         let size = || values.iter().flatten().map(|value| value.abs());
         let (scale, least) = (size().fold(0.0, f64::max), size().fold(f64::INFINITY, f64::min));
-        let tolerance = self.prepared.trusts.polynomial * least.max(self.prepared.allowed.dim_lx);
+        let tolerance = self.prepared.tolerances.polynomial * least.max(self.prepared.allowed.dim_lx);
         // Rows, then columns: [power of t][power of s].
         let mut worst = 0.0_f64;
         let mut along = [[0.0; TERMS]; TERMS];

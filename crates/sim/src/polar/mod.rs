@@ -1,8 +1,8 @@
 //! Flat emitters of any size, from one point of the sensor: one integral along the emitter's outline.
 //!
-//! In polar coordinates (ρ, C) about the foot of the sensor point on the emitter's plane at height h, ρ = h·tan γ, so
-//! that the half-planes and cones of the distribution's grid are the coordinate lines, and ρ dρ/R³ = sin γ dγ/h. The
-//! integral over γ from the foot outwards,
+//! In polar coordinates (ρ, C) about the foot of the sensor point on the emitter's plane at height h, ρ = h·tan γ,
+//! so that the half-planes and cones of the distribution's grid are the coordinate lines, and ρ dρ/R³ = sin γ
+//! dγ/h. The integral over γ from the foot outwards,
 //!
 //! G(γ, C) = t_z ∫ I sin γ dγ + (t_x cos C + t_y sin C) ∫ I tan γ sin γ dγ   (t: the sensor's facing),
 //!
@@ -23,7 +23,7 @@ use self::tables::{POWERS, Run, Strip};
 use crate::angles::atan2;
 use crate::patch::Patch;
 use crate::polynomial::{self, Fit, TERMS};
-use crate::table::{Search, Table};
+use crate::table::{IntensityTable, Search};
 
 /// Widest interval of γ over which sin γ is one polynomial, rad.
 const WIDEST: f64 = 0.1;
@@ -34,7 +34,7 @@ const HORIZON: f64 = 1e-3;
 
 impl<'a> Polar<'a> {
     /// `None` for a table without light below 90°.
-    pub fn new(table: &'a Table) -> Option<Self> {
+    pub fn new(table: &'a IntensityTable) -> Option<Self> {
         let end = FRAC_PI_2 - HORIZON;
         let lines = &table.gamma_rad;
         let last = *lines.last()?;
@@ -84,8 +84,8 @@ impl<'a> Polar<'a> {
         })
     }
 
-    /// ∫ I·cos α/R² over the lines of sight `patch` (flat, z = const above zero) as seen on a face towards `toward`,
-    /// cd. `None` where the patch reaches too near to the horizon.
+    /// ∫ I·cos α/R² over the lines of sight `patch` (flat, z = const above zero) as seen on a face towards
+    /// `toward`, cd. `None` where the patch reaches too near to the horizon.
     pub fn integral(&self, patch: &Patch, toward: DVec3, scratch: &mut Vec<f64>) -> Option<f64> {
         let height = patch.centre().z;
         // Seen from outside, what lies between the foot and the patch cancels along the outline: it is left out from
@@ -274,7 +274,7 @@ mod tests {
     use crate::patch::Light;
 
     /// Uneven, without symmetry, equal at the pole, dark beyond `end`.
-    fn table(end: f64) -> Table {
+    fn table(end: f64) -> IntensityTable {
         let c_deg = vec![0.0, 20.0, 65.0, 90.0, 150.0, 210.0, 275.0, 330.0];
         let mut gamma_deg = vec![0.0, 2.0, 5.0, 11.0, 20.0, 33.0, 50.0, 71.0];
         gamma_deg.extend(
@@ -290,7 +290,7 @@ mod tests {
                 })
             })
             .collect();
-        Table::new(&IntensityDistribution::new(c_deg, gamma_deg, intensity_cd).unwrap())
+        IntensityTable::new(&IntensityDistribution::new(c_deg, gamma_deg, intensity_cd).unwrap())
     }
 
     fn facings() -> [DVec3; 3] {

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::polynomial::TERMS;
-use crate::table::{Search, Table};
+use crate::table::{IntensityTable, Search};
 
 /// Powers of an antiderivative of [`TERMS`] terms times x.
 pub(super) const POWERS: usize = TERMS + 2;
@@ -11,7 +11,7 @@ pub(super) const POWERS: usize = TERMS + 2;
 /// The integrals over γ of one table.
 #[derive(Debug, Clone)]
 pub(crate) struct Polar<'a> {
-    pub(super) table: &'a Table,
+    pub(super) table: &'a IntensityTable,
     /// Rising; the table's lines and others between them, none beyond the horizon.
     pub(super) gamma: Vec<f64>,
     pub(super) search: Search,
@@ -26,8 +26,8 @@ pub(crate) struct Polar<'a> {
     pub(super) planes: Vec<DVec2>,
 }
 
-/// Antiderivatives from the start of a strip, in s from −1 to 1 across it: of sin γ, x·sin γ, tan γ sin γ, x·tan γ sin
-/// γ, where x is the angle from the start. `[power][function]`.
+/// Antiderivatives from the start of a strip, in s from −1 to 1 across it: of sin γ, x·sin γ, tan γ sin γ,
+/// x·tan γ sin γ, where x is the angle from the start. `[power][function]`.
 #[derive(Debug, Clone)]
 pub(super) struct Strip {
     pub(super) per_gamma: f64,

@@ -3,10 +3,10 @@
 mod error;
 mod exposure;
 mod facts;
+mod mean_uncertainty;
 mod rays;
 mod receiver;
 mod stated;
-mod worth;
 
 use isolux_model::{Accuracy, Scene};
 use rayon::prelude::*;
@@ -143,8 +143,8 @@ fn finish(setup: &Setup, map: &mut Array<f64>) {
     map.par_chunks_mut(RUN).enumerate().for_each(|(run, values)| {
         let factors = setup.pixel_factor.as_ref().map(|factors| &factors[run * RUN..]);
         for (index, value) in values.iter_mut().enumerate() {
-            let lit = *value * setup.lamp * factors.map_or(1.0, |factors| factors[index]);
-            *value = (lit + setup.background_lx) * per_unit;
+            let illuminated = *value * setup.lamp * factors.map_or(1.0, |factors| factors[index]);
+            *value = (illuminated + setup.background_lx) * per_unit;
         }
     });
     if setup.blur_px > 0.0 {

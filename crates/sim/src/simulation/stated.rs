@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use isolux_model::{Accuracy, Scene};
 
 use super::facts::{AccuracyFacts, Facts, MapUnit, PixelBound};
+use super::mean_uncertainty::MeanUncertainty;
 use super::rays::Rays;
 use super::receiver::Receiver;
-use super::worth::Worth;
 use super::{Method, Solved, noise_free};
 use crate::direct::Counts;
 use crate::noise::{self, Moments};
@@ -29,7 +29,7 @@ pub(super) fn facts(scene: &Scene, setup: &Setup, receiver: &Receiver<'_>, metho
         mean.abs().max(ray.value / setup.sensor.pixels() as f64) * ray.relative_of_mean
     });
     let distance_mm = scene.model.placement(scene.sensor.pose).pose.centre_mm().length();
-    let worth = Worth::of(scene, mean, u_mean_numeric, setup.ler_lm_per_w.is_some(), distance_mm);
+    let of_mean = MeanUncertainty::of(scene, mean, u_mean_numeric, setup.ler_lm_per_w.is_some(), distance_mm);
     let effects = scene.model.in_simulation();
     let (sampling, rays, seed) = match method {
         Method::Inverse => (None, None, None),
@@ -50,8 +50,8 @@ pub(super) fn facts(scene: &Scene, setup: &Setup, receiver: &Receiver<'_>, metho
             absolute: solved.bound.largest_lx,
             relative: solved.bound.largest,
         }),
-        u_mean: worth.u,
-        u_mean_missing: worth.missing,
+        u_mean: of_mean.u,
+        u_mean_missing: of_mean.missing,
         min: moments.min,
         max: moments.max,
         std: moments.std,

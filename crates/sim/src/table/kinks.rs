@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::Table;
+use super::IntensityTable;
 use super::rough::Rough;
 
 /// What may lead a rule astray within reach of a direction, candela.
@@ -17,7 +17,7 @@ pub(crate) struct Bends {
     pub pole: f64,
 }
 
-impl Table {
+impl IntensityTable {
     /// Bound, candela, on how far the interpolant bends within `spread` of `gamma` and `spread_c` of `c` (radians):
     /// change of slope at each grid line in reach times the reach. Infinite at an end of the range that is no pole.
     pub(crate) fn bend(&self, gamma: f64, spread: f64, c: f64, spread_c: f64) -> f64 {

@@ -16,7 +16,7 @@ use crate::angles::{LANES, Lanes};
 
 /// Bilinear interpolant of an intensity distribution in candela, periodic in C, dark outside its γ range.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct IntensityTable {
     /// Rising azimuths in radians; the first plane is repeated a turn later unless the table is rotational.
     pub(crate) c_rad: Vec<f64>,
     /// Rising polar angles in radians.
@@ -36,7 +36,7 @@ pub struct Table {
     per_c: Vec<f64>,
     per_gamma: Vec<f64>,
     /// Seen in a mirror at γ = 90°, made when it is asked for.
-    upside_down: OnceLock<Box<Table>>,
+    upside_down: OnceLock<Box<IntensityTable>>,
 }
 
 /// One bilinear cell: the interpolant between four of its grid's lines.
@@ -79,7 +79,7 @@ fn within(
     outside <= 0.5 + 1e-9
 }
 
-impl Table {
+impl IntensityTable {
     /// The table of `distribution`. Planes that are all equal become one: the light is rotational.
     pub fn new(distribution: &IntensityDistribution) -> Self {
         let gamma_rad: Vec<f64> = distribution

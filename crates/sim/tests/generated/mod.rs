@@ -6,8 +6,8 @@ use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 use isolux_sim::random::{Purpose, Random};
 use isolux_sim::sensor::{Pose, Sensor};
-use isolux_sim::source::{Part, Shape, Source};
-use isolux_sim::table::Table;
+use isolux_sim::source::{LightSource, Part, Shape};
+use isolux_sim::table::IntensityTable;
 
 /// Numbers of one scene.
 struct Dice {
@@ -96,9 +96,9 @@ fn shape(dice: &mut Dice) -> Shape {
 }
 
 /// The luminaire and the sensor of a number.
-pub fn scene(number: u64) -> (Source, Sensor) {
+pub fn scene(number: u64) -> (LightSource, Sensor) {
     let mut dice = Dice::new(number);
-    let table = Arc::new(Table::new(&lamp(&mut dice)));
+    let table = Arc::new(IntensityTable::new(&lamp(&mut dice)));
     let source = if dice.next() < 0.15 {
         let part = |k: u32| {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 5.0).sin_cos();
@@ -109,9 +109,9 @@ pub fn scene(number: u64) -> (Source, Sensor) {
                 aim: None,
             }
         };
-        Source::new((0..5).map(part).collect())
+        LightSource::new((0..5).map(part).collect())
     } else {
-        Source::single(table, shape(&mut dice))
+        LightSource::single(table, shape(&mut dice))
     };
     let side = dice.within(5.0, 60.0);
     // An emitter far smaller than a pixel goes by chords both ways, and slowly.
@@ -136,9 +136,9 @@ pub fn scene(number: u64) -> (Source, Sensor) {
 }
 
 /// A disc and one pixel that faces it, `size` times 0.12 to 3 radii wide and so far away that its light hardly bends.
-pub fn one_pixel(number: u64, size: f64) -> (Source, Sensor) {
+pub fn one_pixel(number: u64, size: f64) -> (LightSource, Sensor) {
     let mut dice = Dice::new(number);
-    let table = Arc::new(Table::new(&lamp(&mut dice)));
+    let table = Arc::new(IntensityTable::new(&lamp(&mut dice)));
     let radius = dice.within(3.0, 20.0);
     let side = radius * dice.one(&[0.12, 0.3, 0.6, 1.0, 3.0]);
     let distance_mm = side * 10_f64.powf(dice.within(1.0, 3.0)) + radius;
@@ -153,5 +153,5 @@ pub fn one_pixel(number: u64, size: f64) -> (Source, Sensor) {
     })
     .unwrap();
     let centre = DVec3::ZERO;
-    (Source::single(table, Shape::Disc { centre, radius }), sensor)
+    (LightSource::single(table, Shape::Disc { centre, radius }), sensor)
 }

@@ -79,8 +79,8 @@ impl<P: Coordinate> Described<P> {
 
     async fn introduce(&mut self) -> Result<(), DeviceError> {
         if let Some(exchange) = self.profile.identity.clone() {
-            let said = self.ask(&exchange, "").await?;
-            let (model, serial, firmware) = identity(&said.answer.fields);
+            let stated = self.ask(&exchange, "").await?;
+            let (model, serial, firmware) = identity(&stated.answer.fields);
             if !model.is_empty() {
                 self.identity.model = format!("{} ({model})", self.profile.model);
             }
@@ -147,15 +147,15 @@ impl<P: Coordinate> Described<P> {
         let message = self.profile.manners.message(exchange, value, &[]);
         let patience = self.profile.manners.answer;
         let deadline = Instant::now() + LINE + 8 * patience;
-        let asked = self.bus.ask_again(message, proof, patience, deadline).await;
-        let said = asked.map_err(|error| error.during(self.name(), &text))?;
-        match self.profile.manners.error(exchange, said.answer.form) {
-            None => Ok(said),
+        let requested = self.bus.ask_again(message, proof, patience, deadline).await;
+        let stated = requested.map_err(|error| error.during(self.name(), &text))?;
+        match self.profile.manners.error(exchange, stated.answer.form) {
+            None => Ok(stated),
             Some(meaning) => Err(DeviceError::Refused {
                 device: self.name().to_owned(),
                 action: text,
                 reason: meaning.to_owned(),
-                frame: said.bytes,
+                frame: stated.bytes,
             }),
         }
     }
@@ -165,11 +165,11 @@ impl<P: Coordinate> Described<P> {
     }
 
     async fn read(&self, exchange: &Exchange, field: &str) -> Result<Word, DeviceError> {
-        let said = self.ask(exchange, "").await?;
-        let text = said.answer.fields.get(field).map(|text| text.trim().to_owned());
+        let stated = self.ask(exchange, "").await?;
+        let text = stated.answer.fields.get(field).map(|text| text.trim().to_owned());
         Ok(Word {
             text: text.unwrap_or_default(),
-            frame: said.bytes,
+            frame: stated.bytes,
         })
     }
 
@@ -191,22 +191,25 @@ impl<P: Coordinate> Described<P> {
 
     async fn steps(&self) -> Result<(i64, Vec<u8>), DeviceError> {
         let exchange = &self.profile.position;
-        let said = self.read(exchange, "position").await?;
+        let stated = self.read(exchange, "position").await?;
         let digits = self.profile.decimals;
-        if let Some(steps) = counts(&said.text, digits) {
-            return Ok((steps, said.frame));
+        if let Some(steps) = counts(&stated.text, digits) {
+            return Ok((steps, stated.frame));
         }
-        let reason = format!("\"{}\" is no position with {digits} digits after the point", said.text);
-        Err(self.malformed(&exchange.text(""), reason, said.frame))
+        let reason = format!(
+            "\"{}\" is no position with {digits} digits after the point",
+            stated.text
+        );
+        Err(self.malformed(&exchange.text(""), reason, stated.frame))
     }
 
     /// A question that is answered by one of a few words.
     async fn word<M: Clone>(&self, words: &Words<M>) -> Result<(M, Vec<u8>), DeviceError> {
-        let said = self.ask(&words.exchange, "").await?;
-        match words.meaning(said.answer.form) {
-            Some(meaning) => Ok((meaning, said.bytes)),
+        let stated = self.ask(&words.exchange, "").await?;
+        match words.meaning(stated.answer.form) {
+            Some(meaning) => Ok((meaning, stated.bytes)),
             // Forms beyond the words are errors, which `ask` has refused.
-            None => Err(self.malformed(&words.exchange.text(""), "none of its words".to_owned(), said.bytes)),
+            None => Err(self.malformed(&words.exchange.text(""), "none of its words".to_owned(), stated.bytes)),
         }
     }
 

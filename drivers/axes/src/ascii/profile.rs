@@ -214,7 +214,7 @@ impl Document {
         let digits = decimals(&place.decimals)?;
         let state = &self.state;
         let field = "state";
-        let asked = ask(&state.command, Some(&state.reply)).check(field, address, None, Some((field, false)))?;
+        let requested = ask(&state.command, Some(&state.reply)).check(field, address, None, Some((field, false)))?;
         let profile = Profile {
             model: self.model.get_ref().clone(),
             line: self.line.check()?,
@@ -238,7 +238,7 @@ impl Document {
             kill: self.kill.as_ref().map(|ask| plain("kill", ask)).transpose()?,
             home: plain("home", &ask(&self.home.command, self.home.reply.as_ref()))?,
             home_steps: self.home.steps(digits)?,
-            state: Words::new(asked, field, state.words()?),
+            state: Words::new(requested, field, state.words()?),
             reference: (self.reference.as_ref().map(|reference| reference.check(address))).transpose()?,
             manners,
         };
@@ -250,13 +250,13 @@ impl Document {
 impl ReferenceDocument {
     fn check(&self, address: &Address<'_>) -> Result<Words<bool>, Wrong> {
         let field = "reference";
-        let asked = ask(&self.command, Some(&self.reply)).check(field, address, None, Some((field, false)))?;
+        let requested = ask(&self.command, Some(&self.reply)).check(field, address, None, Some((field, false)))?;
         let mut references = Vec::new();
         for (key, list, found) in [("found", &self.found, true), ("missing", &self.missing, false)] {
             needed(key, list)?;
             words(&mut references, list.get_ref().iter().map(|word| (word, found)))?;
         }
-        Ok(Words::new(asked, field, references))
+        Ok(Words::new(requested, field, references))
     }
 }
 

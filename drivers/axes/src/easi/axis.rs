@@ -34,9 +34,13 @@ impl<P: Coordinate> Xli<P> {
         home: Option<String>,
         tolerance_steps: u64,
     ) -> Result<Self, DeviceError> {
-        let said = indexer.twice("R(MR)").await?;
-        let Some(steps_per_rev) = said.value.parse().ok().filter(|steps: &u32| *steps > 0) else {
-            return Err(indexer.malformed("R(MR)", format!("\"{}\" is no number of steps", said.value), said.frame));
+        let stated = indexer.twice("R(MR)").await?;
+        let Some(steps_per_rev) = stated.value.parse().ok().filter(|steps: &u32| *steps > 0) else {
+            return Err(indexer.malformed(
+                "R(MR)",
+                format!("\"{}\" is no number of steps", stated.value),
+                stated.frame,
+            ));
         };
         let rev_per_unit = settings.scale().steps_per_unit() / f64::from(steps_per_rev);
         let mut dynamics = [String::new(), String::new()];
@@ -193,11 +197,11 @@ impl<P: Coordinate> AxisDriver<P> for Xli<P> {
 
     async fn at_home(&self, _: i64, _: bool) -> Result<(), DeviceError> {
         // Without clearing: bit 6 homing failed; 7, a narrow switch, is a warning.
-        let said = self.indexer.twice("R(UF1)").await?;
-        let failed = matches!(said.value.as_bytes(), [_, _, _, _, _, b'1', ..]);
-        if said.value.len() != 8 || failed {
-            let reason = format!("homing failed, user faults {}", said.value);
-            return Err(fault(self.indexer.name(), "GH", reason, said.frame));
+        let stated = self.indexer.twice("R(UF1)").await?;
+        let failed = matches!(stated.value.as_bytes(), [_, _, _, _, _, b'1', ..]);
+        if stated.value.len() != 8 || failed {
+            let reason = format!("homing failed, user faults {}", stated.value);
+            return Err(fault(self.indexer.name(), "GH", reason, stated.frame));
         }
         let (steps, frame) = self.indexer.steps().await?;
         if i64::from(steps).unsigned_abs() > self.tolerance_steps {

@@ -93,11 +93,11 @@ impl Indexer {
 
     async fn ask(&self, request: Request, action: &str) -> Result<Reply<Answer>, DeviceError> {
         let proof = Request::report(self.address, "R(RV)");
-        let asked = self
+        let requested = self
             .bus
             .ask_again(request, Some(proof), ANSWER, Instant::now() + LINE)
             .await;
-        asked.map_err(|error| error.during(self.name(), action))
+        requested.map_err(|error| error.during(self.name(), action))
     }
 
     /// A report.
@@ -126,12 +126,12 @@ impl Indexer {
     }
 
     async fn expect(&self, report: &str, value: &str) -> Result<(), DeviceError> {
-        let said = self.twice(report).await?;
-        if said.value == value {
+        let stated = self.twice(report).await?;
+        if stated.value == value {
             return Ok(());
         }
-        let reason = format!("it reads back {} and not {value}", said.value);
-        Err(fault(self.name(), report, reason, said.frame))
+        let reason = format!("it reads back {} and not {value}", stated.value);
+        Err(fault(self.name(), report, reason, stated.frame))
     }
 
     /// A report that `parse` reads. The language has no checksum: an answer that is none is asked for again.
@@ -142,10 +142,10 @@ impl Indexer {
     ) -> Result<(T, Vec<u8>), DeviceError> {
         let mut tries = 1;
         loop {
-            let said = self.report(report).await?;
-            match parse(&said.value) {
-                Ok(value) => return Ok((value, said.frame)),
-                Err(reason) if tries >= TRIES => return Err(self.malformed(report, reason, said.frame)),
+            let stated = self.report(report).await?;
+            match parse(&stated.value) {
+                Ok(value) => return Ok((value, stated.frame)),
+                Err(reason) if tries >= TRIES => return Err(self.malformed(report, reason, stated.frame)),
                 Err(reason) => tracing::warn!(report, reason, tries, "asking again"),
             }
             tries += 1;
@@ -203,14 +203,14 @@ impl Indexer {
     /// Sets `name` to `value`, and reads it back.
     pub async fn set(&self, name: &str, value: &str) -> Result<(), DeviceError> {
         self.command(&format!("{name}{value}")).await?;
-        let said = self.twice(name).await?;
+        let stated = self.twice(name).await?;
         let same =
-            Number::parse(&said.value).map(|number| number.value) == Number::parse(value).map(|number| number.value);
+            Number::parse(&stated.value).map(|number| number.value) == Number::parse(value).map(|number| number.value);
         if same {
             return Ok(());
         }
-        let reason = format!("it reads back {} and not {value}", said.value);
-        Err(fault(self.name(), &format!("{name}{value}"), reason, said.frame))
+        let reason = format!("it reads back {} and not {value}", stated.value);
+        Err(fault(self.name(), &format!("{name}{value}"), reason, stated.frame))
     }
 
     /// What the drive has taken the current from the motor for, if for anything.

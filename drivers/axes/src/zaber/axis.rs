@@ -50,9 +50,9 @@ impl<P: Coordinate> ZaberAxis<P> {
                 });
             }
             controller.ask(axis, &format!("set {name} {units}")).await?;
-            let (read, said) = controller.number::<f64>(axis, &format!("get {name}")).await?;
+            let (read, stated) = controller.number::<f64>(axis, &format!("get {name}")).await?;
             if read != units {
-                return Err(controller.fault(&format!("set {name} {units}"), "it reads back otherwise", said.frame));
+                return Err(controller.fault(&format!("set {name} {units}"), "it reads back otherwise", stated.frame));
             }
             actual[i] = read * smallest[i] / scale.steps_per_unit();
         }
@@ -85,18 +85,18 @@ impl<P: Coordinate> AxisDriver<P> for ZaberAxis<P> {
     /// Count, motion and all flags. The reply carries one flag; only when there is one are all of them asked for.
     async fn status(&self) -> Result<AxisStatus<P>, DeviceError> {
         let before = self.controller.surplus();
-        let said = self.ask("get pos").await?;
-        let (steps, said) = self.controller.parsed::<i64>("get pos", said)?;
+        let stated = self.ask("get pos").await?;
+        let (steps, stated) = self.controller.parsed::<i64>("get pos", stated)?;
         let at = Instant::now();
-        let mut flags: Vec<WarningFlag> = said.flag.into_iter().collect();
-        if said.flag.is_some() {
+        let mut flags: Vec<WarningFlag> = stated.flag.into_iter().collect();
+        if stated.flag.is_some() {
             let all = self.ask("warnings").await?;
             flags.extend(all.data.split(' ').skip(1).filter_map(WarningFlag::parse));
         }
         let position = AxisPosition {
             place: self.settings.scale().place(steps),
             steps,
-            moving: said.busy,
+            moving: stated.busy,
             homed: !flags.iter().any(WarningFlag::is_unreferenced),
             at,
         };
@@ -104,7 +104,7 @@ impl<P: Coordinate> AxisDriver<P> for ZaberAxis<P> {
         let fault = flags.iter().find(forbids);
         Ok(AxisStatus {
             fault: fault.map(|flag| format!("{} ({})", flag.letters(), flag.meaning())),
-            ..AxisStatus::new((before, self.controller.surplus()), position, said.frame)
+            ..AxisStatus::new((before, self.controller.surplus()), position, stated.frame)
         })
     }
 
@@ -126,9 +126,9 @@ impl<P: Coordinate> AxisDriver<P> for ZaberAxis<P> {
         }
         let set = format!("set maxspeed {units}");
         self.ask(&set).await?;
-        let (read, said) = self.controller.number::<f64>(self.axis, "get maxspeed").await?;
+        let (read, stated) = self.controller.number::<f64>(self.axis, "get maxspeed").await?;
         if read != units {
-            return Err(self.controller.fault(&set, "it reads back otherwise", said.frame));
+            return Err(self.controller.fault(&set, "it reads back otherwise", stated.frame));
         }
         Ok(read / per_unit)
     }

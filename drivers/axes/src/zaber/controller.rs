@@ -112,19 +112,19 @@ impl Controller {
 
     /// Asks for a number that does not change.
     pub async fn number<T: std::str::FromStr>(&self, axis: u8, text: &str) -> Result<(T, Reported), DeviceError> {
-        let said = self.ask_twice(axis, text).await?;
-        self.parsed(text, said)
+        let stated = self.ask_twice(axis, text).await?;
+        self.parsed(text, stated)
     }
 
     /// The number in an answer.
-    pub fn parsed<T: std::str::FromStr>(&self, text: &str, said: Reported) -> Result<(T, Reported), DeviceError> {
+    pub fn parsed<T: std::str::FromStr>(&self, text: &str, stated: Reported) -> Result<(T, Reported), DeviceError> {
         // Firmware 7 writes decimals where a setting has a fraction; a count never has one.
-        match said.data.parse() {
-            Ok(number) => Ok((number, said)),
+        match stated.data.parse() {
+            Ok(number) => Ok((number, stated)),
             Err(_) => Err(self.malformed(
                 text,
-                &format!("\"{}\" is not the number asked for", said.data),
-                said.frame,
+                &format!("\"{}\" is not the number asked for", stated.data),
+                stated.frame,
             )),
         }
     }

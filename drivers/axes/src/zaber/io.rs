@@ -30,21 +30,23 @@ impl Switch for ZaberSwitch {
 
     async fn set(&self, on: bool) -> Result<(), DeviceError> {
         let action = format!("io set do {} {}", self.output, u8::from(on));
-        let said = self.controller.ask(0, &action).await?;
+        let stated = self.controller.ask(0, &action).await?;
         if self.state().await? == on {
             Ok(())
         } else {
-            Err(self.controller.fault(&action, "the output did not follow", said.frame))
+            Err(self
+                .controller
+                .fault(&action, "the output did not follow", stated.frame))
         }
     }
 
     async fn state(&self) -> Result<bool, DeviceError> {
         let action = format!("io get do {}", self.output);
-        let said = self.controller.ask_twice(0, &action).await?;
-        match said.data.as_str() {
+        let stated = self.controller.ask_twice(0, &action).await?;
+        match stated.data.as_str() {
             "0" => Ok(false),
             "1" => Ok(true),
-            _ => Err(self.controller.malformed(&action, "neither 0 nor 1", said.frame)),
+            _ => Err(self.controller.malformed(&action, "neither 0 nor 1", stated.frame)),
         }
     }
 }
@@ -80,14 +82,14 @@ impl Thermometer for ZaberThermometer {
             // What is no number is said below.
             _ => before.data == now.data,
         };
-        let said = self.controller.ask_until(0, &action, agree).await?;
-        let (volts, said) = self.controller.parsed::<f64>(&action, said)?;
+        let stated = self.controller.ask_until(0, &action, agree).await?;
+        let (volts, stated) = self.controller.parsed::<f64>(&action, stated)?;
         // A broken wire reads as 0 V or the supply; the ends of the range are therefore no temperature.
         if !(0.01..=9.99).contains(&volts) {
             return Err(self.controller.fault(
                 &action,
                 format!("{volts} V: transmitter missing or out of range"),
-                said.frame,
+                stated.frame,
             ));
         }
         let celsius = self.scale.0 + (self.scale.1 - self.scale.0) * volts / 10.0;
@@ -96,7 +98,7 @@ impl Thermometer for ZaberThermometer {
                 temperature,
                 at: Instant::now(),
             }),
-            Err(error) => Err(self.controller.malformed(&action, &error.to_string(), said.frame)),
+            Err(error) => Err(self.controller.malformed(&action, &error.to_string(), stated.frame)),
         }
     }
 }

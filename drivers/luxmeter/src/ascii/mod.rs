@@ -109,14 +109,14 @@ impl Language for AsciiLux {
         settings.chain([named(self.measurement())]).collect()
     }
 
-    fn taken(&self, asked: &Message, reply: &Reply<Received>, known: &mut Identity) -> Result<(), Failure> {
-        if *asked == self.measurement() {
+    fn taken(&self, requested: &Message, reply: &Reply<Received>, known: &mut Identity) -> Result<(), Failure> {
+        if *requested == self.measurement() {
             return match self.meaning(reply) {
                 Some((Meaning::Error(reason), _)) => Err(Failure::Fault(reason)),
                 _ => Ok(()),
             };
         }
-        let is_asked = |exchange: &&Exchange| self.setting(exchange).0 == *asked;
+        let is_asked = |exchange: &&Exchange| self.setting(exchange).0 == *requested;
         let profile = &self.profile;
         let mut exchanges = profile.identity.iter().chain(&profile.setup);
         if let Some(exchange) = exchanges.find(is_asked)
@@ -138,9 +138,9 @@ impl Language for AsciiLux {
         vec![named(self.measurement())]
     }
 
-    fn said(&self, _: LuxRange, answers: &[Reply<Received>]) -> Result<Said, Failure> {
-        let said = answers.first().and_then(|reply| self.meaning(reply));
-        let (meaning, digit_lx) = said.ok_or_else(|| Failure::malformed("no reading"))?;
+    fn stated(&self, _: LuxRange, answers: &[Reply<Received>]) -> Result<Said, Failure> {
+        let stated = answers.first().and_then(|reply| self.meaning(reply));
+        let (meaning, digit_lx) = stated.ok_or_else(|| Failure::malformed("no reading"))?;
         Ok(Said {
             meaning,
             digit_lx,

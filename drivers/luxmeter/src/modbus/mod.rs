@@ -114,7 +114,7 @@ impl Language for ModbusLux {
         vec![(self.reading.clone(), "read".to_owned())]
     }
 
-    fn said(&self, _: LuxRange, answers: &[Reply]) -> Result<Said, Failure> {
+    fn stated(&self, _: LuxRange, answers: &[Reply]) -> Result<Said, Failure> {
         let words = answers.first().map_or(Ok(&[][..]), words)?;
         let meaning = self.profile.meaning(words);
         Ok(Said {

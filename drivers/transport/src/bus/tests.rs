@@ -61,7 +61,7 @@ impl Conversation for Echo {
     fn handle_input(&mut self, _: std::time::Instant, bytes: &[u8]) -> Vec<Event<char>> {
         let mut events = Vec::new();
         for byte in bytes {
-            match self.0.take_if(|asked| *asked == char::from(*byte)) {
+            match self.0.take_if(|requested| *requested == char::from(*byte)) {
                 Some(answer) => events.push(Event::Answer(answer)),
                 None => events.push(Event::Remark(format!("{byte:02X} is no answer"))),
             }
@@ -203,8 +203,8 @@ async fn two_languages_take_turns_and_neither_hears_the_answers_of_the_other() {
     });
     for round in 0..10 {
         let letter = char::from(b'a' + round);
-        let (number, said) = tokio::join!(numbers.ask(round, soon()), letters.ask(letter, soon()));
-        assert_eq!((number, said), (Ok(round + 1), Ok(letter)));
+        let (number, stated) = tokio::join!(numbers.ask(round, soon()), letters.ask(letter, soon()));
+        assert_eq!((number, stated), (Ok(round + 1), Ok(letter)));
     }
     assert_eq!(port.unsolicited(), 0);
 }
@@ -295,8 +295,8 @@ async fn a_dead_device_is_asked_as_often_as_is_stated_and_the_proof_counts_too()
     for prove in [None, Some(7)] {
         let (bus, mut twin) = bus().await;
         let deadline = Instant::now() + Duration::from_secs(5);
-        let asked = bus.ask_again(1, prove, Duration::from_millis(50), deadline).await;
-        assert!(matches!(asked, Err(BusError::Timeout { .. })));
+        let requested = bus.ask_again(1, prove, Duration::from_millis(50), deadline).await;
+        assert!(matches!(requested, Err(BusError::Timeout { .. })));
         drop(bus);
         let mut heard = Vec::new();
         twin.read_to_end(&mut heard).await.unwrap();
@@ -316,8 +316,8 @@ async fn a_lost_answer_is_asked_for_again_once_the_line_is_in_step() {
         twin.write_u8(2).await.unwrap();
     };
     let deadline = Instant::now() + Duration::from_secs(5);
-    let asked = bus.ask_again(1, Some(7), Duration::from_millis(50), deadline);
-    assert_eq!(tokio::join!(asked, script).0, Ok(2));
+    let requested = bus.ask_again(1, Some(7), Duration::from_millis(50), deadline);
+    assert_eq!(tokio::join!(requested, script).0, Ok(2));
 }
 
 #[tokio::test(start_paused = true)]
@@ -339,8 +339,8 @@ async fn a_deadline_that_passed_while_the_program_was_stopped_is_no_timeout() {
         twin.write_u8(4).await.unwrap();
     };
     let patience = Duration::from_millis(50);
-    let asked = bus.ask_again(3, None, patience, Instant::now() + Duration::from_secs(1));
-    assert_eq!(tokio::join!(asked, answer).0, Ok(4));
+    let requested = bus.ask_again(3, None, patience, Instant::now() + Duration::from_secs(1));
+    assert_eq!(tokio::join!(requested, answer).0, Ok(4));
     // And a twin that is silent is silent.
     let began = Instant::now();
     assert!(matches!(bus.ask(5, soon()).await, Err(BusError::Timeout { .. })));

@@ -229,7 +229,8 @@ mod tests {
 
     #[test]
     fn too_much_light_for_a_fixed_range_is_an_error_not_a_number() {
-        let mut world = World::new(Darkroom::parse("[bench]\ndistance_mm = 1000.0\n[flaws]\nonly = true\n").unwrap());
+        let mut world =
+            World::new(Darkroom::parse("[bench]\ndistance_mm = 1000.0\n[injected_effects]\nonly = true\n").unwrap());
         world.set_switches(
             Switches {
                 lamp: true,

@@ -110,12 +110,12 @@ mod tests {
         document.luxmeter.noise_lx = 0.0;
         document.luxmeter.integration_s = 1.0;
         let mut world = World::new(document);
-        let lit = Switches {
+        let illuminated = Switches {
             lamp: true,
             shutter_open: true,
             baffle_in: false,
         };
-        world.set_switches(lit, 0.0);
+        world.set_switches(illuminated, 0.0);
         let room = world.room();
         let truth = room.indicated_for_lx(world.meter_lx(4.0, 5.0), world.temperature_c(4.0), 0);
         let answer = ask(&mut world, 5.5, &[1, 3, 0, 2, 0, 2]);

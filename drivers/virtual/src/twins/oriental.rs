@@ -393,7 +393,7 @@ mod tests {
     }
 
     const MOVE: u32 = 134;
-    const QUIET: &str = "[axis.c]\nstart_deg = 30.0\nencoder_noise_deg = 0.0\n[flaws]\nonly = true\n";
+    const QUIET: &str = "[axis.c]\nstart_deg = 30.0\nencoder_noise_deg = 0.0\n[injected_effects]\nonly = true\n";
 
     #[test]
     fn a_drive_homes_moves_and_reports() {

@@ -331,9 +331,9 @@ impl Twin for Chain {
             }
             if (address == at + 1 || address == 0)
                 && drive.deaf_until_s <= now_s
-                && let Some(said) = drive.command(&text[digits..], world.axis_mut(name), now_s)
+                && let Some(stated) = drive.command(&text[digits..], world.axis_mut(name), now_s)
             {
-                bytes.extend(format!("{said}\r\n").bytes());
+                bytes.extend(format!("{stated}\r\n").bytes());
             }
         }
         let line_s = (line.len() + 1).max(bytes.len()) as f64 * BYTE_S;

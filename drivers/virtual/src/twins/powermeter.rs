@@ -181,11 +181,11 @@ impl Meter {
 
 impl Twin for Meter {
     fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer> {
-        let asked = line(inbox)?;
+        let requested = line(inbox)?;
         let mut errors = std::mem::take(&mut self.errors);
-        let answer = run_line(&asked, IDENTITY, &mut errors, |unit| self.run(unit, world, now_s));
+        let answer = run_line(&requested, IDENTITY, &mut errors, |unit| self.run(unit, world, now_s));
         self.errors = errors;
-        Some(reply(&asked, &answer, now_s))
+        Some(reply(&requested, &answer, now_s))
     }
 }
 
@@ -202,7 +202,7 @@ mod tests {
         }
     }
 
-    fn lit(world: &mut World) {
+    fn illuminated(world: &mut World) {
         let lamp = Switches {
             lamp: true,
             ..Switches::default()
@@ -235,7 +235,7 @@ mod tests {
         );
         let off = say(&mut meter, &mut world, 1.0, ":NUM:NORM:VAL?");
         assert_eq!(off, "24.000E+00,0.0000E+00,0.0000E+00,NAN\r\n");
-        lit(&mut world);
+        illuminated(&mut world);
         let on = say(&mut meter, &mut world, 5.0, ":numeric:normal:value?");
         assert_eq!(on, "24.000E+00,194.44E-03,4.2000E+00,0.9000E+00\r\n");
         assert_eq!(say(&mut meter, &mut world, 5.0, ":NUM:NORM:VAL? 3"), "4.2000E+00\r\n");
@@ -247,7 +247,7 @@ mod tests {
         document.powermeter.range_a = 0.1;
         let mut world = World::new(document);
         let mut meter = Meter::new(&world);
-        lit(&mut world);
+        illuminated(&mut world);
         let answer = say(&mut meter, &mut world, 5.0, ":NUM:NORM:VAL?");
         assert!(
             answer.starts_with("24.0") && answer.ends_with(",INF,INF,INF,NAN\r\n"),

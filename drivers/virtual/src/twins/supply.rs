@@ -145,11 +145,11 @@ impl Supply {
 
 impl Twin for Supply {
     fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer> {
-        let asked = line(inbox)?;
+        let requested = line(inbox)?;
         let mut errors = std::mem::take(&mut self.errors);
-        let answer = run_line(&asked, IDENTITY, &mut errors, |unit| self.run(unit, world, now_s));
+        let answer = run_line(&requested, IDENTITY, &mut errors, |unit| self.run(unit, world, now_s));
         self.errors = errors;
-        Some(reply(&asked, &answer, now_s))
+        Some(reply(&requested, &answer, now_s))
     }
 }
 

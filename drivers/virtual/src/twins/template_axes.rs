@@ -1,5 +1,5 @@
-//! The axes that the template of `ascii-axis` describes: two drives on a line, address 1 turns C, address 2 turns γ. No
-//! real instrument.
+//! The axes that the template of `ascii-axis` describes: two drives on a line, address 1 turns C, address 2 turns γ.
+//! No real instrument.
 //!
 //! A command is an address, a blank, a word and perhaps a number, ended by CR; answers end with CR LF. One step of a
 //! drive is one microstep of the room.
@@ -146,8 +146,8 @@ impl Twin for TemplateDrives {
             "2" => (1, AxisName::Gamma),
             _ => return Some(Answer::At(now_s, Vec::new())),
         };
-        let said = self.drives[at].answer(command, world.axis_mut(name), now_s);
-        let bytes = format!("{address} {said}\r\n").into_bytes();
+        let stated = self.drives[at].answer(command, world.axis_mut(name), now_s);
+        let bytes = format!("{address} {stated}\r\n").into_bytes();
         Some(Answer::At(now_s + (line.len() + bytes.len()) as f64 * BYTE_S, bytes))
     }
 

@@ -2,7 +2,8 @@
 //!
 //! Axis 1 turns C, axis 2 turns γ, axis 3 carries the detector (2000 microsteps a millimetre, position = distance,
 //! encoder absolute). Digital output 1 switches the lamp, 2 opens the shutter, 3 puts the baffle in. Analogue input 1
-//! is a temperature transmitter, 0–10 V for −50 to 100 °C. Commands and replies after Zaber's ASCII protocol manual.
+//! is a temperature transmitter, 0–10 V for −50 to 100 °C. Commands and replies after Zaber's ASCII protocol
+//! manual.
 
 mod drive;
 
@@ -355,7 +356,8 @@ mod tests {
 
     #[test]
     fn an_axis_homes_moves_and_reports() {
-        let mut world = World::new(Darkroom::parse("[axis.c]\nstart_deg = 30.0\n[flaws]\nonly = true\n").unwrap());
+        let mut world =
+            World::new(Darkroom::parse("[axis.c]\nstart_deg = 30.0\n[injected_effects]\nonly = true\n").unwrap());
         let mut twin = Controller::new(&world);
         let mut at = |now: f64, text: &str| talk(&mut twin, &mut world, now, text);
         assert_eq!(at(0.0, "/1 1 get pos"), "@01 1 OK IDLE WR 0\r\n");

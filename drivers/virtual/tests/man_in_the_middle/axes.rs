@@ -15,7 +15,7 @@ use isolux_virtual::{AxisName, VirtualRoom};
 use tokio::time::sleep;
 
 use super::middle::Middle;
-use super::{Tally, address, bench, bench_of, factories, lit, opened, soon, switch_to, target};
+use super::{Tally, address, bench, bench_of, factories, illuminated, opened, soon, switch_to, target};
 
 fn angle(deg: f64) -> AxisAngle {
     AxisAngle::new(deg).unwrap()
@@ -29,7 +29,7 @@ fn settings() -> AxisSettings {
 /// Homes, moves and stops the γ axis, and asks where it is.
 pub async fn attack(twin: &TwinKind, choice: &Choice, salt: u64) {
     let gamma_at = address(twin, "axis.gamma");
-    let mut bench = bench_of(lit(), choice, salt, 6000);
+    let mut bench = bench_of(illuminated(), choice, salt, 6000);
     let mut tally = Tally::new(gamma_at.to_string(), bench.seed);
     let middle = bench.middle.clone();
     let open = async || {
@@ -124,7 +124,7 @@ async fn controller(tally: &mut Tally, driver: &ZaberDriver) -> Controller {
 
 #[tokio::test(start_paused = true)]
 async fn axes_outputs_and_thermometer_say_what_is() {
-    let mut document = lit();
+    let mut document = illuminated();
     // So that a temperature of a tenth of a second ago is another one.
     document.room.swing_c = 20.0;
     document.room.swing_period_s = 60.0;

@@ -8,12 +8,12 @@ use isolux_virtual::twins::{Choice, TwinKind};
 use isolux_virtual::{AxisName, VirtualRoom};
 use tokio::time::{Instant, sleep};
 
-use super::{Tally, address, bench_of, factories, lit, opened, put, soon, switch_to};
+use super::{Tally, address, bench_of, factories, illuminated, opened, put, soon, switch_to};
 
 /// Reads the light of many places and switches.
 pub async fn attack(twin: &TwinKind, choice: &Choice, salt: u64) {
     let meter_at = address(twin, "luxmeter");
-    let mut bench = bench_of(lit(), choice, salt, 4000);
+    let mut bench = bench_of(illuminated(), choice, salt, 4000);
     let mut tally = Tally::new(meter_at.to_string(), bench.seed);
     switch_to(&bench.room, true, false);
     let middle = bench.middle.clone();

@@ -126,10 +126,10 @@ fn bench_of(document: Darkroom, choice: &Choice, salt: u64, requests: u64) -> Be
     }
 }
 
-fn lit() -> Darkroom {
+fn illuminated() -> Darkroom {
     let mut document = Darkroom::default();
     document.lamp.on_at_start = true;
-    document.flaws.floor_reflection.albedo = 0.0;
+    document.injected_effects.floor_reflection.albedo = 0.0;
     document
 }
 

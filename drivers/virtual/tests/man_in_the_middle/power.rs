@@ -7,7 +7,7 @@ use isolux_virtual::twins::{Choice, TwinKind};
 use isolux_virtual::{Switches, VirtualRoom};
 use tokio::time::{Instant, sleep};
 
-use super::{Tally, address, bench_of, factories, lit, opened, soon};
+use super::{Tally, address, bench_of, factories, illuminated, opened, soon};
 
 /// Two exchanges agree within this share: a damaged low digit may pass in one of them.
 const AGREEMENT: f64 = 0.005;
@@ -15,7 +15,7 @@ const AGREEMENT: f64 = 0.005;
 /// Reads the supply line of a lamp whose voltage changes and that is off at times.
 pub async fn attack_meter(twin: &TwinKind, choice: &Choice, salt: u64) {
     let meter_at = address(twin, "powermeter");
-    let mut bench = bench_of(lit(), choice, salt, 2000);
+    let mut bench = bench_of(illuminated(), choice, salt, 2000);
     let mut tally = Tally::new(meter_at.to_string(), bench.seed);
     let middle = bench.middle.clone();
     let open = async || {
@@ -77,7 +77,7 @@ fn judge(tally: &mut Tally, room: &VirtualRoom, reading: &PowerReading) {
 /// Switches the output, and asks how it is.
 pub async fn attack_supply(twin: &TwinKind, choice: &Choice, salt: u64) {
     let supply_at = address(twin, "supply");
-    let mut bench = bench_of(lit(), choice, salt, 2000);
+    let mut bench = bench_of(illuminated(), choice, salt, 2000);
     let mut tally = Tally::new(supply_at.to_string(), bench.seed);
     let middle = bench.middle.clone();
     let open = async || factories(twin, &middle).switch.unwrap().open_switch(&supply_at).await;
@@ -92,9 +92,9 @@ pub async fn attack_supply(twin: &TwinKind, choice: &Choice, salt: u64) {
             supply.state().await
         };
         match outcome {
-            Ok(said) => {
+            Ok(stated) => {
                 let truth = lamp(&bench.room);
-                tally.value(said == truth, || format!("{said} instead of {truth}"));
+                tally.value(stated == truth, || format!("{stated} instead of {truth}"));
             }
             Err(error) => {
                 tally.errors += 1;

@@ -8,16 +8,16 @@ use isolux_device::{Spectroradiometer, SpectroradiometerProperties};
 use isolux_virtual::twins::{Choice, TwinKind};
 use isolux_virtual::{AxisName, VirtualRoom};
 
-use super::{Tally, address, bench_of, factories, lit, opened, put, soon, switch_to};
+use super::{Tally, address, bench_of, factories, illuminated, opened, put, soon, switch_to};
 
 /// Takes spectra of the light of many angles, with several integration times, and opens the instrument again.
 pub async fn attack(twin: &TwinKind, choice: &Choice, salt: u64) {
     let spectro_at = address(twin, "spectroradiometer");
-    let mut bench = bench_of(lit(), choice, salt, 6000);
+    let mut bench = bench_of(illuminated(), choice, salt, 6000);
     let mut tally = Tally::new(spectro_at.to_string(), bench.seed);
     switch_to(&bench.room, true, false);
     // The same room with electronics that add nothing of their own.
-    let mut quiet = lit();
+    let mut quiet = illuminated();
     quiet.spectroradiometer.read_noise_counts = 0.0;
     quiet.spectroradiometer.electrons_per_count = 1e12;
     let quiet = Room::new(quiet);

@@ -12,14 +12,14 @@ use tokio::process::{Child, ChildStdout, Command};
 
 /// A program that runs, and what it says.
 pub struct Peer {
-    said: Lines<BufReader<ChildStdout>>,
+    stated: Lines<BufReader<ChildStdout>>,
     _child: Child,
 }
 
 impl Peer {
     /// The next line that it says.
     pub async fn line(&mut self) -> String {
-        let line = tokio::time::timeout(Duration::from_secs(30), self.said.next_line()).await;
+        let line = tokio::time::timeout(Duration::from_secs(30), self.stated.next_line()).await;
         line.expect("it says something within 30 s")
             .unwrap()
             .expect("it goes on")
@@ -55,8 +55,8 @@ pub fn pymodbus(arguments: &[&str]) -> Option<Peer> {
         .kill_on_drop(true)
         .spawn()
         .unwrap();
-    let said = BufReader::new(child.stdout.take().unwrap()).lines();
-    Some(Peer { said, _child: child })
+    let stated = BufReader::new(child.stdout.take().unwrap()).lines();
+    Some(Peer { stated, _child: child })
 }
 
 /// `tests/peers/modbus.py` as a client: all that it says.
@@ -68,7 +68,7 @@ pub async fn pymodbus_says(arguments: &[&str]) -> Option<String> {
 pub async fn python_says(name: &str, arguments: &[&str]) -> Option<Result<String, String>> {
     let mut command = Command::new(python()?);
     command.args(["-W", "ignore"]).arg(script(name)).args(arguments);
-    Some(said(command).await)
+    Some(stated(command).await)
 }
 
 /// What `mbpoll` says.
@@ -79,15 +79,15 @@ pub async fn mbpoll(arguments: &[&str]) -> Option<String> {
     }
     let mut command = Command::new("mbpoll");
     command.args(arguments);
-    Some(said(command).await.unwrap())
+    Some(stated(command).await.unwrap())
 }
 
-async fn said(mut command: Command) -> Result<String, String> {
+async fn stated(mut command: Command) -> Result<String, String> {
     let output = tokio::time::timeout(Duration::from_mins(1), command.kill_on_drop(true).output()).await;
     let output = output.expect("it ends within 60 s").unwrap();
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let stated = String::from_utf8_lossy(&output.stdout).into_owned();
     if output.status.success() {
-        return Ok(said);
+        return Ok(stated);
     }
-    Err(said + &String::from_utf8_lossy(&output.stderr))
+    Err(stated + &String::from_utf8_lossy(&output.stderr))
 }

@@ -30,12 +30,12 @@ async fn lit_room(driver: &str) -> (VirtualRoom, Twin, u16) {
     choice.choose(Instrument::Spectroradiometer, driver).unwrap();
     let room = VirtualRoom::open_with(Darkroom::default(), &choice);
     room.with_world(|world, now_s| {
-        let lit = Switches {
+        let illuminated = Switches {
             lamp: true,
             shutter_open: true,
             baffle_in: false,
         };
-        world.set_switches(lit, now_s);
+        world.set_switches(illuminated, now_s);
     });
     let twin = isolux_virtual::usb::device(&room, Instrument::Spectroradiometer).unwrap();
     let port = offered(vec![twin.clone()]).await;

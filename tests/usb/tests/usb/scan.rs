@@ -15,8 +15,9 @@ use isolux_virtual::{VirtualRoom, station};
 
 use crate::bridge::{Below, bridge};
 
-/// A room without flaws whose axes and meter are quick.
-const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[flaws]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n[axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
+/// A room without injected effects whose axes and meter are quick.
+const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[injected_effects]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n\
+    [axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
                     [axis.gamma]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n";
 
 const PLAN: &str = "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 0, 90]\ngamma_range = [-15, 15, 15]\n\

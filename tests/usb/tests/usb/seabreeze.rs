@@ -42,12 +42,12 @@ async fn read(driver: &str, microseconds: u32, change: Change) -> Option<Value> 
     choice.choose(Instrument::Spectroradiometer, driver).unwrap();
     let room = VirtualRoom::open_with(Darkroom::default(), &choice);
     room.with_world(|world, now_s| {
-        let lit = Switches {
+        let illuminated = Switches {
             lamp: true,
             shutter_open: true,
             baffle_in: false,
         };
-        world.set_switches(lit, now_s);
+        world.set_switches(illuminated, now_s);
     });
     let model = isolux_virtual::usb::device(&room, Instrument::Spectroradiometer)
         .unwrap()

@@ -2,7 +2,7 @@
 
 use camino::Utf8Path;
 use isolux_darkroom::{MapPose, SensorFrame};
-use isolux_record::document::{Fault, Source, read_text};
+use isolux_record::document::{Fault, SourceText, read_text};
 use isolux_record::observation::{MapSet, Need, OneOrTwo};
 use serde::Deserialize;
 
@@ -105,7 +105,7 @@ pub fn shots(
     let is_scene = toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("format"));
     if is_scene || !text.contains("[[map]]") {
         let (frame, shots) = of_scene(
-            Source {
+            SourceText {
                 file: scene,
                 text: &text,
             },
@@ -147,7 +147,7 @@ pub fn shots(
 }
 
 fn of_scene(
-    source: Source<'_>,
+    source: SourceText<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(SensorFrame, Vec<Shot>), Failure> {

@@ -10,16 +10,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::inspection::{Inspection, Quantities};
-use super::source::Source;
+use super::source::OpenFile;
 
 /// Whether this is a ray file: by content, and by name where the content is damaged.
-pub(super) fn are_in(path: &Utf8Path, source: &Source) -> bool {
+pub(super) fn are_in(path: &Utf8Path, source: &OpenFile) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     Format::of_extension(&extension) == Some(Format::TM25) || source.begins_with(b"TM25")
 }
 
 /// Looks at a ray file.
-pub(super) fn inspection(path: &Utf8Path, source: Source) -> Inspection {
+pub(super) fn inspection(path: &Utf8Path, source: OpenFile) -> Inspection {
     let mut inspection = Inspection {
         file: path.to_string(),
         format: Some(Format::TM25),
@@ -37,21 +37,21 @@ pub(super) fn inspection(path: &Utf8Path, source: Source) -> Inspection {
 
 /// An error of the reader as a finding, with its bytes.
 pub(crate) fn finding(error: &Tm25Error) -> Finding {
-    let said = Finding::error(error.code(), error.to_string());
-    let said = match error.span() {
-        Some(span) => said.bytes(span),
-        None => said,
+    let stated = Finding::error(error.code(), error.to_string());
+    let stated = match error.span() {
+        Some(span) => stated.bytes(span),
+        None => stated,
     };
     match error {
         Tm25Error::Length { expected, found, .. } if found < expected => {
-            said.fix("fetch the file again: it is cut off")
+            stated.fix("fetch the file again: it is cut off")
         }
-        Tm25Error::Truncated { .. } => said.fix("fetch the file again: it is cut off"),
-        _ => said,
+        Tm25Error::Truncated { .. } => stated.fix("fetch the file again: it is cut off"),
+        _ => stated,
     }
 }
 
-fn look(source: Source, inspection: &mut Inspection) -> Result<(), Tm25Error> {
+fn look(source: OpenFile, inspection: &mut Inspection) -> Result<(), Tm25Error> {
     let length = source.length();
     let mut stream = Counted {
         from: BufReader::new(source),

@@ -3,7 +3,7 @@
 use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
 use isolux_formats::{Content, Finding, Opened, Parsed, ReadOptions, read_any_beside};
 
-use super::source::Source;
+use super::source::OpenFile;
 use crate::files;
 
 /// The content of one file or pipe, refused before it is read when it is too large.
@@ -11,14 +11,14 @@ use crate::files;
 /// # Errors
 /// A finding that says why there is nothing to parse.
 pub fn read(path: &Utf8Path, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
-    parsed(path, Source::open(path)?, options)
+    parsed(path, OpenFile::open(path)?, options)
 }
 
 /// As [`read`], of an open file.
 ///
 /// # Errors
 /// As [`read`].
-pub fn parsed(path: &Utf8Path, source: Source, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
+pub fn parsed(path: &Utf8Path, source: OpenFile, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
     Ok(read_any_beside(
         &source.into_bytes(path)?,
         path.file_name().unwrap_or(path.as_str()),

@@ -10,14 +10,14 @@ use isolux_formats::{Finding, LARGEST_FILE};
 const HEAD: u64 = 4;
 
 /// The bytes of a file from its first on; a pipe gives them once, so nothing here opens or rewinds a second time.
-pub(super) struct Source {
+pub(super) struct OpenFile {
     head: Vec<u8>,
     stream: Chain<Cursor<Vec<u8>>, File>,
     /// None where only the end will tell: a pipe, a terminal.
     length: Option<u64>,
 }
 
-impl Source {
+impl OpenFile {
     /// Opens `path` and looks at its beginning.
     ///
     /// # Errors
@@ -68,7 +68,7 @@ impl Source {
     }
 }
 
-impl Read for Source {
+impl Read for OpenFile {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         self.stream.read(into)
     }

@@ -78,7 +78,7 @@ impl Rows {
             let plane = distribution.intensity.plane_at(c)?;
             (*angles.get(plane)?).map(digits)
         };
-        let said: Vec<String> = match planes.len() {
+        let stated: Vec<String> = match planes.len() {
             1 => at(planes[0])
                 .map(|angle| format!("{angle}° in all half-planes"))
                 .into_iter()
@@ -88,8 +88,8 @@ impl Rows {
                 .filter_map(|(c, pair)| Some(format!("{pair} {}°", at(c)?)))
                 .collect(),
         };
-        if !said.is_empty() {
-            self.line(name, said.join(", "));
+        if !stated.is_empty() {
+            self.line(name, stated.join(", "));
         }
     }
 

@@ -1,7 +1,7 @@
 //! The sweep file and what it asks for.
 
 use camino::Utf8PathBuf;
-use isolux_record::document::{Fault, Source};
+use isolux_record::document::{Fault, SourceText};
 use serde::Deserialize;
 use toml::{Table, Value};
 
@@ -33,14 +33,14 @@ fn inverse() -> String {
     "inverse".to_owned()
 }
 
-pub fn fault(source: Source<'_>, key: &str, message: &str) -> Failure {
+pub fn fault(source: SourceText<'_>, key: &str, message: &str) -> Failure {
     Failure::bad_input(source.locate(&Fault {
         path: key.to_owned(),
         message: message.to_owned(),
     }))
 }
 
-pub fn method(source: Source<'_>, document: &Document) -> Result<Method, Failure> {
+pub fn method(source: SourceText<'_>, document: &Document) -> Result<Method, Failure> {
     let wrong = |key: &str, word: &str, known: &str| fault(source, key, &format!("`{word}` is none of {known}"));
     match document.method.as_str() {
         "inverse" => {

@@ -18,7 +18,7 @@ pub(super) struct Columns {
 
 impl Columns {
     /// The two columns that a person names, counted from 1.
-    pub(super) fn asked([wavelength, value]: [usize; 2], width: usize) -> Result<Self, Finding> {
+    pub(super) fn requested([wavelength, value]: [usize; 2], width: usize) -> Result<Self, Finding> {
         let inside = |column: usize| (1..=width).contains(&column);
         if inside(wavelength) && inside(value) && wavelength != value {
             return Ok(Self {
@@ -117,12 +117,12 @@ fn preferred(names: &[&str], values: &[usize], body: &[Row<'_>]) -> Option<(usiz
     let named = |wanted: &str| values.iter().copied().find(|&k| names.get(k) == Some(&wanted));
     // Ocean Optics' Jaz: W wavelength, D dark, R reference (where there is one), S sample, P processed.
     if let (Some(_), Some(sample)) = (named("D"), named("S")) {
-        let lit = |k: usize| {
+        let illuminated = |k: usize| {
             body.iter()
                 .filter_map(|row| number::read_up_to(row.cells.get(k)?, LARGEST).ok())
                 .any(|n| n.value != 0.0)
         };
-        return Some(match named("P").filter(|&k| lit(k)) {
+        return Some(match named("P").filter(|&k| illuminated(k)) {
             Some(processed) => (
                 processed,
                 Finding::note(CHOSEN, "the columns are D dark, S sample and P processed")

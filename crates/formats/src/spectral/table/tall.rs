@@ -19,7 +19,7 @@ use crate::text::Text;
 pub(super) fn tall(
     rows: &[Row<'_>],
     text: &Text<'_>,
-    (format, asked): (Format, Option<[usize; 2]>),
+    (format, requested): (Format, Option<[usize; 2]>),
     draft: &mut Draft,
     findings: &mut Findings,
 ) {
@@ -34,14 +34,15 @@ pub(super) fn tall(
 
     let width = common_width(body);
     let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.iter().map(|name| bare(name)).collect());
-    let pairs = asked.is_none() && format == Format::SPD && names.is_empty() && width > 2 && width.is_multiple_of(2);
+    let pairs =
+        requested.is_none() && format == Format::SPD && names.is_empty() && width > 2 && width.is_multiple_of(2);
     if pairs && in_one_run(body) {
         pairs_in_a_run(body, draft, findings);
         return;
     }
     let names = if names.len() == width { names } else { Vec::new() };
-    let mut columns = match asked {
-        Some(asked) => match Columns::asked(asked, width) {
+    let mut columns = match requested {
+        Some(requested) => match Columns::requested(requested, width) {
             Ok(columns) => columns,
             Err(finding) => {
                 draft.whole = false;
@@ -63,7 +64,7 @@ pub(super) fn tall(
         // Pairs of pbrt and Mitsuba are in nm by definition.
         .or((format != Format::CSV && !small(body, columns.wavelength)).then_some(AxisUnit::Nanometre));
     let marked = rows.iter().any(|row| is_begin(row.text));
-    let claimed = asked.is_some()
+    let claimed = requested.is_some()
         || format != Format::CSV
         || marked
         || draft.axis.is_some()
@@ -79,7 +80,7 @@ pub(super) fn tall(
         findings.push(finding);
         return;
     }
-    if asked.is_none() {
+    if requested.is_none() {
         bins::take_upper_edges(&mut columns, body, findings);
     }
     undefined::whole_first(&mut columns, &names, body, findings);

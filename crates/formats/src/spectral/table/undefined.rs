@@ -101,8 +101,8 @@ pub(super) fn whole_first(columns: &mut Columns, names: &[&str], body: &[Row<'_>
     let widest = (0..extents.len()).filter(whole).find(light);
     // A ratio lacks what lies outside the visible; there a column chosen for its meaning stays.
     let lacks_visible = rows().any(|row| {
-        let said = (from..=to).contains(&row.line) && extents[0].excludes(row.line);
-        said && !outside_visible(row, columns.wavelength)
+        let stated = (from..=to).contains(&row.line) && extents[0].excludes(row.line);
+        stated && !outside_visible(row, columns.wavelength)
     });
     let mut assumed = "missing: null in these series".to_owned();
     if short[0].0 == first

@@ -19,10 +19,10 @@ pub(super) fn wide(rows: &[Row<'_>], draft: &mut Draft, findings: &mut Findings)
     let count = head.cells.len() - first;
     let body: Vec<&Row<'_>> = rows[at + 1..].iter().filter(|r| !r.comment).collect();
     // A tall table with many columns has more rows than a wide one has spectra, unless every heading says nm.
-    let said = head.cells[first..]
+    let stated = head.cells[first..]
         .iter()
         .all(|cell| cell.to_lowercase().contains("nm"));
-    if body.is_empty() || (body.len() * 2 > count && !said) {
+    if body.is_empty() || (body.len() * 2 > count && !stated) {
         return false;
     }
     let wavelengths: Vec<f64> = head.cells[first..].iter().filter_map(|c| wavelength(c)).collect();

@@ -6,7 +6,7 @@ use camino::Utf8Path;
 use serde::Deserialize;
 
 use super::{Cell, MapPose, MapSet, MapUnit};
-use crate::document::{Fault, Source};
+use crate::document::{Fault, SourceText};
 use crate::observation::error::{ObservationError, Problem};
 use crate::observation::image::read_image;
 use crate::observation::need::Need;
@@ -58,7 +58,7 @@ impl File<'_> {
 
     /// The same of a key above the maps.
     fn wrong_key(&self, key: &'static str, found: f64, expected: &'static str) -> ObservationError {
-        let source = Source {
+        let source = SourceText {
             file: self.path,
             text: self.text,
         };

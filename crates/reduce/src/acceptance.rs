@@ -1,4 +1,5 @@
-//! The gate: a record whose lamp or bench did not stay as it was gives no result, unless a person accepts it.
+//! The acceptance check: a record whose lamp or bench did not stay as it was gives no result, unless a person accepts
+//! it.
 
 use std::collections::HashMap;
 
@@ -12,8 +13,8 @@ use crate::reference::Reference;
 use crate::samples::Sample;
 
 /// What the visits to the reference point show: a drift that is larger than the limit, a visit that jumped from the one
-/// before, a burning at another level. One digit of the display is allowed on top of every limit. All are judged by the illuminance
-/// as it was read, as the scan judged it: what that went on with is no finding here.
+/// before, a burning at another level. One digit of the display is allowed on top of every limit. All are judged by
+/// the illuminance as it was read, as the scan judged it: what that went on with is no finding here.
 pub fn of_reference(reference: &Reference, limits: &Limits, all: &[Reading]) -> Vec<Finding> {
     let rows = all
         .iter()
@@ -122,8 +123,8 @@ fn largest(changes: impl Iterator<Item = f64>) -> f64 {
     )
 }
 
-/// Where the closing half-plane C 360° does not agree with C 0°, relative to the largest intensity of C 0°; one digit
-/// of the display is allowed on top.
+/// Where the closing half-plane C 360° does not agree with C 0°, relative to the largest intensity of C 0°; one
+/// digit of the display is allowed on top.
 pub fn of_closing(samples: &[Sample], limits: &Limits, rows: &[&Reading]) -> Option<Finding> {
     let first: Vec<&Sample> = samples
         .iter()

@@ -2,15 +2,15 @@
 
 use super::Builder;
 use crate::pattern::Acts;
-use crate::table::{Coordinate, Light, Row, Source};
+use crate::table::{Coordinate, Light, ObservationKind, Row};
 
-pub(super) fn distance(build: &mut Builder<'_>, source: Source) {
+pub(super) fn distance(build: &mut Builder<'_>, source: ObservationKind) {
     let distances = build.distinct(source, Coordinate::DistanceMm);
     if distances.len() < 2 {
         return;
     }
     let mut along = build.along(source, Coordinate::DistanceMm);
-    let lit = |row: &Row| f64::from(row.light == Light::Lit);
+    let illuminated = |row: &Row| f64::from(row.light == Light::Lit);
     let sin = |row: &Row| row.gamma_deg.to_radians().sin();
     for &here in &distances {
         let (at, range) = (move |row: &Row| f64::from(row.distance_mm == here), [here, here]);
@@ -20,9 +20,9 @@ pub(super) fn distance(build: &mut Builder<'_>, source: Source) {
             "jump",
             range,
             "an added signal at one distance",
-            move |row| at(row) * lit(row),
+            move |row| at(row) * illuminated(row),
         );
-        if source == Source::Reading {
+        if source == ObservationKind::Reading {
             along.relative("odd", range, "an odd change over γ at one distance", move |row| {
                 at(row) * sin(row)
             });
@@ -40,17 +40,17 @@ pub(super) fn distance(build: &mut Builder<'_>, source: Source) {
         "smooth",
         reach,
         "an added signal that falls with distance",
-        move |row| lit(row) * (reach[0] / row.distance_mm),
+        move |row| illuminated(row) * (reach[0] / row.distance_mm),
     );
 }
 
 pub(super) fn travel(build: &mut Builder<'_>) {
-    let ways = build.distinct(Source::Reading, Coordinate::Travel);
+    let ways = build.distinct(ObservationKind::Reading, Coordinate::Travel);
     if ways.len() < 2 {
         return;
     }
     let reach = [ways[0], ways[ways.len() - 1]];
-    let mut along = build.along(Source::Reading, Coordinate::Travel);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::Travel);
     let way = |row: &Row| row.travel;
     along.relative("jump", reach, "a relative change with the direction of travel", way);
     along.one(

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::{Builder, word};
 use crate::pattern::Acts;
-use crate::table::{Coordinate, Row, Source};
+use crate::table::{Coordinate, ObservationKind, Row};
 
 pub(super) fn time(build: &mut Builder<'_>) {
     let mut times: Vec<f64> = build
         .rows
         .iter()
-        .filter(|row| row.source == Source::Reading && row.time_s.is_finite())
+        .filter(|row| row.source == ObservationKind::Reading && row.time_s.is_finite())
         .map(|row| row.time_s)
         .collect();
     times.sort_by(f64::total_cmp);
@@ -22,7 +22,7 @@ pub(super) fn time(build: &mut Builder<'_>) {
     }
     let at = |quantile: f64| times[((times.len() - 1) as f64 * quantile) as usize];
     let place = move |row: &Row| (row.time_s - first) / (last - first);
-    let mut along = build.along(Source::Reading, Coordinate::TimeS);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::TimeS);
     for acts in [Acts::Relative, Acts::Light, Acts::Everywhere] {
         // The constant is the level (relative) or has a name (stray light, offset).
         let from = 1;
@@ -87,7 +87,7 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
     let mut in_time: Vec<usize> = order
         .iter()
         .copied()
-        .filter(|&i| build.rows[i].source == Source::Reading && build.rows[i].time_s.is_finite())
+        .filter(|&i| build.rows[i].source == ObservationKind::Reading && build.rows[i].time_s.is_finite())
         .collect();
     in_time.dedup();
     if in_time.len() < 8 {
@@ -115,7 +115,7 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
     };
     let top = build.level.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let levels = Arc::clone(&build.level);
-    let mut along = build.along(Source::Reading, Coordinate::TimeS);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::TimeS);
     for steps in [0.4, 1.0, 3.0, 10.0, 40.0] {
         // Exponential average of the signal before this reading.
         let level = Arc::clone(&levels);
@@ -177,7 +177,10 @@ const OF_A_VISIT: usize = 4;
 /// recovers before the next.
 pub(super) fn visits(build: &mut Builder<'_>, order: &[usize]) {
     let mut visits: Vec<Vec<usize>> = Vec::new();
-    for &i in order.iter().filter(|&&i| build.rows[i].source == Source::Reading) {
+    for &i in order
+        .iter()
+        .filter(|&&i| build.rows[i].source == ObservationKind::Reading)
+    {
         let same = |&before: &usize| {
             let (a, b) = (&build.rows[before], &build.rows[i]);
             (a.file, a.group, a.light) == (b.file, b.group, b.light) && a.c_deg == b.c_deg
@@ -198,7 +201,7 @@ pub(super) fn visits(build: &mut Builder<'_>, order: &[usize]) {
         }
     }
     let since: Arc<[f64]> = since.into();
-    let mut along = build.along(Source::Reading, Coordinate::Index);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::Index);
     for acts in [Acts::Relative, Acts::Light] {
         let since = Arc::clone(&since);
         let column = along.column(acts, move |i, _| since[i]);

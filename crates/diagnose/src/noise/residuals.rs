@@ -8,7 +8,7 @@ use crate::whitening::Sequence;
 
 /// What a fit leaves.
 #[derive(Debug)]
-pub struct Left<'a> {
+pub struct Residuals<'a> {
     /// The rows.
     pub rows: &'a [Row],
     /// What the model expects of each.
@@ -31,7 +31,7 @@ pub struct Left<'a> {
     pub scale: f64,
     /// Its degrees of freedom.
     pub freedom: f64,
-    /// The noise in which the search counts its σ: the fitted scatter, or 1 where the stated uncertainties hold. What a
-    /// place explains is compared with what a name explains, and counts in the same unit.
+    /// The noise in which the search counts its σ: the fitted scatter, or 1 where the stated uncertainties hold. What
+    /// a place explains is compared with what a name explains, and counts in the same unit.
     pub unit: f64,
 }

@@ -1,14 +1,14 @@
-//! Rivals without a name on sensor maps: patterns fixed to the sensor, to the angle of incidence, to single maps.
+//! Empirical alternatives on sensor maps: patterns fixed to the sensor, to the angle of incidence, to single maps.
 
 use super::{Builder, word};
 use crate::pattern::Acts;
-use crate::table::{Coordinate, Light, Row, Source};
+use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 /// Adds the patterns of sensor maps.
 pub(super) fn maps(build: &mut Builder<'_>) {
     let (xs, ys) = (
-        build.distinct(Source::Bin, Coordinate::XMm),
-        build.distinct(Source::Bin, Coordinate::YMm),
+        build.distinct(ObservationKind::Bin, Coordinate::XMm),
+        build.distinct(ObservationKind::Bin, Coordinate::YMm),
     );
     if xs.len() < 4 || ys.len() < 4 {
         return;
@@ -34,7 +34,7 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
     let pitch = (high - low) / (places.len() - 1) as f64;
     let stride = (places.len() / 24).max(1);
     let at = move |row: &Row| position(coordinate, row);
-    let mut along = build.along(Source::Bin, coordinate);
+    let mut along = build.along(ObservationKind::Bin, coordinate);
     for acts in [Acts::Relative, Acts::Everywhere] {
         let what = word(acts);
         for &edge in places.iter().skip(1).step_by(stride) {
@@ -108,7 +108,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
     let (low, high) = (-reach, reach);
     for acts in [Acts::Relative, Acts::Everywhere] {
         let what = word(acts);
-        let mut along = build.along(Source::Bin, Coordinate::XMm);
+        let mut along = build.along(ObservationKind::Bin, Coordinate::XMm);
         let mut powers = |list: &[(i32, i32)], how: &str| {
             let column = |&(i, j): &(i32, i32)| {
                 along.column(acts, move |_, row| {
@@ -157,7 +157,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                 }
             }
         }
-        let mut along = build.along(Source::Bin, Coordinate::RadiusMm);
+        let mut along = build.along(ObservationKind::Bin, Coordinate::RadiusMm);
         for ring in 0..6 {
             let centre = 0.2 * f64::from(ring) + 0.1;
             let range = [(centre - 0.15) * reach, (centre + 0.15) * reach];
@@ -180,11 +180,11 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
 }
 
 fn incidence(build: &mut Builder<'_>) {
-    let angles = build.distinct(Source::Bin, Coordinate::IncidenceDeg);
+    let angles = build.distinct(ObservationKind::Bin, Coordinate::IncidenceDeg);
     let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else {
         return;
     };
-    let mut along = build.along(Source::Bin, Coordinate::IncidenceDeg);
+    let mut along = build.along(ObservationKind::Bin, Coordinate::IncidenceDeg);
     for edge in [5.0, 10.0, 20.0, 30.0, 45.0] {
         if edge <= low || edge >= high {
             continue;
@@ -211,7 +211,7 @@ fn single_maps(build: &mut Builder<'_>) {
     let mut keys: Vec<(usize, usize)> = build
         .rows
         .iter()
-        .filter(|row| row.source == Source::Bin)
+        .filter(|row| row.source == ObservationKind::Bin)
         .map(key)
         .collect();
     keys.dedup();
@@ -222,7 +222,7 @@ fn single_maps(build: &mut Builder<'_>) {
         let Some(row) = build
             .rows
             .iter()
-            .find(|row| row.source == Source::Bin && key(row) == this)
+            .find(|row| row.source == ObservationKind::Bin && key(row) == this)
             .copied()
         else {
             continue;
@@ -232,7 +232,7 @@ fn single_maps(build: &mut Builder<'_>) {
         } else {
             (Coordinate::Exposure, row.exposure)
         };
-        let mut along = build.along(Source::Bin, coordinate);
+        let mut along = build.along(ObservationKind::Bin, coordinate);
         let inside = move |row: &Row| f64::from(key(row) == this);
         if row.light == Light::Lit {
             along.relative("one_map", [value, value], "a relative change of one map", inside);
@@ -247,14 +247,14 @@ fn single_maps(build: &mut Builder<'_>) {
     }
     // Dark signal that grows with the exposure, and veiling glare that follows the mean of each map.
     let note = "an added signal ∝ exposure, capped or not";
-    let mut along = build.along(Source::Bin, Coordinate::Exposure);
+    let mut along = build.along(ObservationKind::Bin, Coordinate::Exposure);
     along.one(Acts::Everywhere, "smooth", [0.0, 1.0], note, |row| row.exposure);
     let mean = |this: (usize, usize)| {
         let levels: Vec<f64> = build
             .rows
             .iter()
             .zip(build.level.iter())
-            .filter(|(row, _)| row.source == Source::Bin && key(row) == this)
+            .filter(|(row, _)| row.source == ObservationKind::Bin && key(row) == this)
             .map(|(_, level)| *level)
             .collect();
         levels.iter().sum::<f64>() / levels.len().max(1) as f64
@@ -269,7 +269,7 @@ fn single_maps(build: &mut Builder<'_>) {
         (Coordinate::Level, "an added signal ∝ the mean of the map", own),
         (Coordinate::TimeS, "an added signal left by the map before", earlier),
     ] {
-        let mut along = build.along(Source::Bin, coordinate);
+        let mut along = build.along(ObservationKind::Bin, coordinate);
         let column = along.column(Acts::Everywhere, move |i, _| means[i]);
         along.add("memory", [0.0, 1.0], note, vec![column]);
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{Place, ScanJob, ScanSummary, Target};
@@ -99,7 +99,8 @@ fn scan_beside(target: Target<'_>, hands: Vec<(f64, &'static str)>) -> Result<Sc
     let document = Darkroom::parse(ROOM).unwrap();
     let outlets = in_memory(&Choice::default());
     let text = station(&document, &outlets);
-    let source = Source::from_text(&text, calibration(&Room::new(document.clone()), &outlets).as_deref()).unwrap();
+    let source =
+        StationFiles::from_text(&text, calibration(&Room::new(document.clone()), &outlets).as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     session::run(true, async {
         let session = Session::in_room(document, &Choice::default())?;

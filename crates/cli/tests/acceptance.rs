@@ -6,7 +6,8 @@ mod folder;
 use folder::Folder;
 
 /// A lamp that falls by 1.5 % an hour, read at a metre where the display shows it.
-const ROOM: &str = "format = \"isolux-darkroom/1\"\n[flaws]\nonly = true\nlamp_drift = { rate_per_h = -0.015 }\n";
+const ROOM: &str =
+    "format = \"isolux-darkroom/1\"\n[injected_effects]\nonly = true\nlamp_drift = { rate_per_h = -0.015 }\n";
 
 const PLAN: &str = r#"format = "isolux-plan/1"
 [limits]
@@ -36,18 +37,18 @@ fn a_drifting_lamp_gives_no_result_unless_it_is_accepted() {
     folder.write("bench/station.toml", &named);
     folder.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
 
-    let said = folder.command(&["reduce", "run"]).output().unwrap();
-    assert_eq!(said.status.code(), Some(1));
-    let words = String::from_utf8_lossy(&said.stderr).into_owned();
+    let stated = folder.command(&["reduce", "run"]).output().unwrap();
+    assert_eq!(stated.status.code(), Some(1));
+    let words = String::from_utf8_lossy(&stated.stderr).into_owned();
     for part in ["limits.closing_rel 0.10 %", "row 104 at 2", "lx", "--accept-drift"] {
         assert!(words.contains(part), "{part}: {words}");
     }
     assert!(!folder.path("run/results").exists());
 
-    let said = folder.isolux(&["reduce", "--accept-drift=the lamp is old", "run"], 0);
+    let stated = folder.isolux(&["reduce", "--accept-drift=the lamp is old", "run"], 0);
     assert!(
-        said.contains("accepted (the lamp is old)") && !said.contains('±'),
-        "{said}"
+        stated.contains("accepted (the lamp is old)") && !stated.contains('±'),
+        "{stated}"
     );
     for file in [
         "budget.json",

@@ -2,17 +2,17 @@
 
 use super::{Builder, word};
 use crate::pattern::Acts;
-use crate::table::{Coordinate, Row, Source};
+use crate::table::{Coordinate, ObservationKind, Row};
 
 pub(super) fn wavelength(build: &mut Builder<'_>) {
-    let samples = build.distinct(Source::Sample, Coordinate::WavelengthNm);
+    let samples = build.distinct(ObservationKind::Sample, Coordinate::WavelengthNm);
     let (Some(&low), Some(&high)) = (samples.first(), samples.last()) else {
         return;
     };
     if high <= low {
         return;
     }
-    let mut along = build.along(Source::Sample, Coordinate::WavelengthNm);
+    let mut along = build.along(ObservationKind::Sample, Coordinate::WavelengthNm);
     let place = move |row: &Row| (row.wavelength_nm - low) / (high - low);
     for acts in [Acts::Relative, Acts::Everywhere] {
         for width in [0.03, 0.1] {

@@ -2,19 +2,19 @@
 
 use super::{Builder, word};
 use crate::pattern::Acts;
-use crate::table::{Coordinate, Light, Row, Source};
+use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 pub(super) fn gamma(build: &mut Builder<'_>) {
-    let angles = build.distinct(Source::Reading, Coordinate::GammaDeg);
+    let angles = build.distinct(ObservationKind::Reading, Coordinate::GammaDeg);
     let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else {
         return;
     };
     if high <= low {
         return;
     }
-    let mut along = build.along(Source::Reading, Coordinate::GammaDeg);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::GammaDeg);
     let (step, whole) = (((high - low) / (angles.len() - 1) as f64).max(2.5), [low, high]);
-    let lit = |row: &Row| f64::from(row.light == Light::Lit);
+    let illuminated = |row: &Row| f64::from(row.light == Light::Lit);
     for acts in [Acts::Relative, Acts::Light] {
         for width in [0.7 * step, 1.4 * step, 3.0 * step] {
             let spacing = width.max(step);
@@ -24,7 +24,9 @@ pub(super) fn gamma(build: &mut Builder<'_>) {
                 let bump = move |gamma: f64| (-0.5 * ((gamma - centre) / width).powi(2)).exp();
                 let range = [centre - 1.5 * width, centre + 1.5 * width];
                 let note = format!("{} near one signed γ", word(acts));
-                along.one(acts, "bump", range, note, move |row| lit(row) * bump(row.gamma_deg));
+                along.one(acts, "bump", range, note, move |row| {
+                    illuminated(row) * bump(row.gamma_deg)
+                });
                 if centre > 0.0 && acts == Acts::Relative {
                     let note = format!("{} near one |γ|", word(acts));
                     along.relative("bump", range, note, move |row| bump(row.gamma_deg.abs()));
@@ -54,14 +56,14 @@ pub(super) fn gamma(build: &mut Builder<'_>) {
 }
 
 pub(super) fn azimuth(build: &mut Builder<'_>) {
-    let planes = build.distinct(Source::Reading, Coordinate::CDeg);
+    let planes = build.distinct(ObservationKind::Reading, Coordinate::CDeg);
     let (Some(&low), Some(&high)) = (planes.first(), planes.last()) else {
         return;
     };
     if planes.len() < 3 {
         return;
     }
-    let mut along = build.along(Source::Reading, Coordinate::CDeg);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::CDeg);
     for harmonic in 1..=6 {
         let order = f64::from(harmonic);
         let periods = if harmonic == 1 {

@@ -1,4 +1,4 @@
-//! Rivals without a name: generic patterns along every coordinate, which compete with the catalogue on equal terms.
+//! Empirical alternatives: generic patterns along every coordinate, which compete with the catalogue on equal terms.
 //!
 //! Where one of them explains the data better than every named effect, the verdict is "unexplained" and this pattern
 //! says where. `relative` patterns multiply the expected signal; `absolute` ones add to it.
@@ -13,11 +13,11 @@ mod wavelength;
 use std::sync::Arc;
 
 use crate::pattern::{Acts, Pattern};
-use crate::table::{Coordinate, Light, Row, Source};
+use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 /// One generic pattern: up to a few columns over one range of one coordinate.
 #[derive(Debug, Clone)]
-pub struct Rival {
+pub struct EmpiricalAlternative {
     /// Where it lives.
     pub coordinate: Coordinate,
     /// Its family: "jump", "window", "bump", "smooth", "periodic", "memory", …; patterns of a family share its prior.
@@ -32,31 +32,31 @@ pub struct Rival {
     pub columns: Vec<Pattern>,
 }
 
-/// All rivals that these rows allow. `level` is the model's expectation, `order` the rows in time order.
-pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
+/// All alternatives that these rows allow. `level` is the model's expectation, `order` the rows in time order.
+pub fn alternatives(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<EmpiricalAlternative> {
     let mut build = Builder {
         rows,
         level: level.into(),
         found: Vec::new(),
     };
-    if rows.iter().any(|row| row.source == Source::Reading) {
+    if rows.iter().any(|row| row.source == ObservationKind::Reading) {
         time::time(&mut build);
         time::memory(&mut build, order);
         time::visits(&mut build, order);
         direction::gamma(&mut build);
         direction::azimuth(&mut build);
-        distance::distance(&mut build, Source::Reading);
+        distance::distance(&mut build, ObservationKind::Reading);
         distance::travel(&mut build);
         meter::range(&mut build);
         meter::ambient(&mut build, order);
-        meter::signal_level(&mut build, Source::Reading);
+        meter::signal_level(&mut build, ObservationKind::Reading);
     }
-    if rows.iter().any(|row| row.source == Source::Bin) {
+    if rows.iter().any(|row| row.source == ObservationKind::Bin) {
         maps::maps(&mut build);
-        distance::distance(&mut build, Source::Bin);
-        meter::signal_level(&mut build, Source::Bin);
+        distance::distance(&mut build, ObservationKind::Bin);
+        meter::signal_level(&mut build, ObservationKind::Bin);
     }
-    if rows.iter().any(|row| row.source == Source::Sample) {
+    if rows.iter().any(|row| row.source == ObservationKind::Sample) {
         wavelength::wavelength(&mut build);
     }
     build.found
@@ -66,11 +66,11 @@ pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
 struct Builder<'a> {
     rows: &'a [Row],
     level: Arc<[f64]>,
-    found: Vec<Rival>,
+    found: Vec<EmpiricalAlternative>,
 }
 
 impl<'a> Builder<'a> {
-    fn along(&mut self, source: Source, coordinate: Coordinate) -> Along<'_, 'a> {
+    fn along(&mut self, source: ObservationKind, coordinate: Coordinate) -> Along<'_, 'a> {
         Along {
             build: self,
             source,
@@ -79,7 +79,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Distinct finite values of a coordinate over rows of `source` that carry signal, rising.
-    fn distinct(&self, source: Source, coordinate: Coordinate) -> Vec<f64> {
+    fn distinct(&self, source: ObservationKind, coordinate: Coordinate) -> Vec<f64> {
         let mut values: Vec<f64> = self
             .rows
             .iter()
@@ -97,7 +97,7 @@ impl<'a> Builder<'a> {
 /// Collects the patterns of rows of one source that live along one coordinate.
 struct Along<'b, 'a> {
     build: &'b mut Builder<'a>,
-    source: Source,
+    source: ObservationKind,
     coordinate: Coordinate,
 }
 
@@ -107,7 +107,7 @@ impl Along<'_, '_> {
         Pattern::new(self.source, acts, &self.build.level, law)
     }
 
-    /// A rival of one direction.
+    /// An alternative of one direction.
     fn one(
         &mut self,
         acts: Acts,
@@ -171,7 +171,7 @@ impl Along<'_, '_> {
         // An end that is zero but for rounding is zero.
         let span = (range[1] - range[0]).abs();
         let tidy = |end: f64| if end.abs() < 1e-9 * span { 0.0 } else { end };
-        self.build.found.push(Rival {
+        self.build.found.push(EmpiricalAlternative {
             coordinate: self.coordinate,
             family,
             range: range.map(tidy),

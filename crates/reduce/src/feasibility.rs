@@ -14,7 +14,7 @@ use crate::samples::{Sample, unsigned};
 /// # Errors
 /// What [`crate::reduce`] would say of such a run: no lit readings of the lux meter, no grid, half-planes that do not
 /// go round.
-pub fn rehearse(plan: &Plan, station: &Station) -> Result<IntensityDistribution, ReduceError> {
+pub fn check_feasibility(plan: &Plan, station: &Station) -> Result<IntensityDistribution, ReduceError> {
     let directions = blocks::planned(plan, station.bench().distance_mm)?;
     let full_circle = directions.iter().any(|(c, _)| *c == 0.0);
     let mut samples: Vec<Sample> = directions
@@ -51,31 +51,31 @@ mod tests {
     use super::*;
     use camino::Utf8Path;
 
-    fn rehearsed(block: &str) -> Result<IntensityDistribution, ReduceError> {
+    fn checked(block: &str) -> Result<IntensityDistribution, ReduceError> {
         let station = Station::parse(Utf8Path::new("station.toml"), crate::tests::STATION).unwrap();
         let plan = format!("format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\n{block}\n");
-        rehearse(&Plan::parse(Utf8Path::new("plan.toml"), &plan).unwrap(), &station)
+        check_feasibility(&Plan::parse(Utf8Path::new("plan.toml"), &plan).unwrap(), &station)
     }
 
     #[test]
     fn a_plan_that_closes_gives_its_grid() {
-        let grid = rehearsed("c_range = [0.0, 360.0, 30.0]\ngamma_range = [0.0, 90.0, 5.0]").unwrap();
+        let grid = checked("c_range = [0.0, 360.0, 30.0]\ngamma_range = [0.0, 90.0, 5.0]").unwrap();
         assert_eq!((grid.c_deg().len(), grid.gamma_deg().len()), (12, 19));
         assert!(
             (grid.flux_lm() - std::f64::consts::TAU).abs() < 1e-2,
             "1 cd over a hemisphere"
         );
-        let grid = rehearsed("c_deg = [0.0, 90.0]\ngamma_range = [-90.0, 90.0, 10.0]").unwrap();
+        let grid = checked("c_deg = [0.0, 90.0]\ngamma_range = [-90.0, 90.0, 10.0]").unwrap();
         assert_eq!(grid.c_deg(), [0.0, 90.0, 180.0, 270.0]);
     }
 
     #[test]
     fn a_plan_that_no_reduction_takes_is_refused() {
-        let open = rehearsed("c_deg = [0.0, 30.0, 60.0]\ngamma_range = [0.0, 90.0, 5.0]");
+        let open = checked("c_deg = [0.0, 30.0, 60.0]\ngamma_range = [0.0, 90.0, 5.0]");
         assert!(matches!(open, Err(ReduceError::NotRound { .. })), "{open:?}");
-        let dark = rehearsed("instrument = \"spectroradiometer\"\nc_deg = 0.0\ngamma_deg = 0.0");
+        let dark = checked("instrument = \"spectroradiometer\"\nc_deg = 0.0\ngamma_deg = 0.0");
         assert!(matches!(dark, Err(ReduceError::NoLight)), "{dark:?}");
-        let one = rehearsed("c_deg = 0.0\ngamma_deg = 0.0");
+        let one = checked("c_deg = 0.0\ngamma_deg = 0.0");
         assert!(matches!(one, Err(ReduceError::NoLight)), "{one:?}");
     }
 }

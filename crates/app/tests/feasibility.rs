@@ -10,12 +10,12 @@ use isolux_app::front_end::progress::Silent;
 use isolux_app::init::{self, Instruments};
 use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_darkroom::{Darkroom, Room};
-use isolux_record::document::Source;
+use isolux_record::document::SourceText;
 use isolux_record::{Plan, Run, Station, Subject};
 use isolux_reduce::Options;
 
-/// A batwing that leans to C 40°, as an absolute LM-63 file of 10° × 5° with a round opening of 80 mm; without light along
-/// γ = 0° if asked.
+/// A batwing that leans to C 40°, as an absolute LM-63 file of 10° × 5° with a round opening of 80 mm; without
+/// light along γ = 0° if asked.
 fn batwing(on_axis: bool) -> String {
     let light = |c: f64, gamma: f64| {
         let beam = (-((gamma - 35.0) / 18.0).powi(2)).exp() + 0.8 * (-(gamma / 25.0).powi(2)).exp();
@@ -76,7 +76,7 @@ fn what_a_rehearsed_scan_measures_is_the_light_of_the_file() {
     let room = std::fs::read_to_string(bench.join("room.toml")).unwrap();
     let table = std::fs::read_to_string(bench.join("lamp.csv")).unwrap();
     let (room, completed) = Darkroom::complete(
-        Source {
+        SourceText {
             file: "darkroom.toml".into(),
             text: &room,
         },

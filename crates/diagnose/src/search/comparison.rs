@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::outcome::{Label, Ranked, Rivalry};
+use super::outcome::{Comparison, Label, Ranked};
 use crate::basis::Basis;
 use crate::calibration::{ALIAS, ALIAS_MARGIN, AS_MUCH, OUTSIDE_CATALOGUE, REFITTED, TWIN};
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
@@ -80,7 +80,12 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     }
 
     /// Who else could be member `i`, with all other members free and what is unexplained projected out.
-    pub(super) fn rivalry(&self, members: &[Hypothesis], i: usize, extra: Option<(usize, f64)>) -> Option<Rivalry> {
+    pub(super) fn comparison(
+        &self,
+        members: &[Hypothesis],
+        i: usize,
+        extra: Option<(usize, f64)>,
+    ) -> Option<Comparison> {
         let others = all_but(members, i);
         let base = self.fit(&others)?;
         let scan = self.scan(&base, &others, extra.map(|(candidate, _)| candidate));
@@ -156,7 +161,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 hypothesis: entry.hypothesis,
             })
             .collect();
-        Some(Rivalry {
+        Some(Comparison {
             ranked,
             ln_bayes_factor: own,
             p_value: p_value(statistic(&found), &self.nulls),
@@ -198,14 +203,14 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         }
         let best_name = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         for one in found {
-            if let Who::Unnamed { rival } = one.who {
-                let label = Label::Unnamed(self.problem.rivals[rival].coordinate);
+            if let Who::Unnamed { alternative } = one.who {
+                let label = Label::Unnamed(self.problem.alternatives[alternative].coordinate);
                 // A generic pattern that does no better than a name is that name's likeness, not another cause.
                 let alias = one.explained < best_name + self.alias_margin(best_name);
                 let evidence = Evidence {
                     ln: one.ln_evidence - if alias { ALIAS } else { 0.0 },
                     explained: one.explained,
-                    directions: self.problem.rivals[rival].directions,
+                    directions: self.problem.alternatives[alternative].directions,
                 };
                 match entries.iter_mut().find(|entry| entry.label == label) {
                     Some(entry) => {

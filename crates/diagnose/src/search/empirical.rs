@@ -10,7 +10,7 @@ use crate::scan::{Who, p_value, strongest_unnamed};
 use super::estimate::Estimate;
 
 impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
-    /// What is left after all named effects, if it is significant and not small beside them: the best rival.
+    /// What is left after all named effects, if it is significant and not small beside them: the best alternative.
     pub(super) fn left_over(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
         let found = self.scan(fitted, members, None).look();
         if !self.disagrees(&found) {
@@ -28,8 +28,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         (best.explained > self.problem.settings.further(strongest)).then_some((kept[best.candidate], best.explained))
     }
 
-    /// The best rival in the scan of a fit, significant or not.
-    pub(super) fn strongest_rival(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
+    /// The best alternative in the scan of a fit, significant or not.
+    pub(super) fn strongest_alternative(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
         let found = self.scan(fitted, members, None).look();
         let best = strongest_unnamed(&found)?;
         Some((self.kept(members)[best.candidate], best.explained))
@@ -72,8 +72,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     }
 
     pub(super) fn unexplained(&self, fitted: &Fit, candidate: usize, explained: f64) -> Unexplained {
-        let Who::Unnamed { rival } = self.problem.dictionary.candidates[candidate].who else {
-            unreachable!("only rivals are unexplained")
+        let Who::Unnamed { alternative } = self.problem.dictionary.candidates[candidate].who else {
+            unreachable!("only alternatives are unexplained")
         };
         let out = Basis::spanning(&fitted.jacobian, 1e-9);
         let mut inside = self.pattern(candidate);
@@ -83,7 +83,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let numbers: Vec<usize> = self.problem.dictionary.candidates[candidate].columns.clone().collect();
         let pattern = self.problem.dictionary.columns(&numbers) * amplitudes;
         Unexplained {
-            rival: self.problem.rivals[rival].clone(),
+            alternative: self.problem.alternatives[alternative].clone(),
             sigma: explained.sqrt(),
             pattern,
         }

@@ -7,14 +7,14 @@ const AS_LARGE: f64 = 0.9;
 
 /// Standard uncertainty of a mean, or what is missing in it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Worth {
+pub struct MeanUncertainty {
     /// Standard uncertainty (k = 1); none where something is missing.
     pub u: Option<f64>,
     /// What is missing, one phrase each.
     pub missing: Vec<String>,
 }
 
-impl Worth {
+impl MeanUncertainty {
     /// Of `mean` on the sensor `distance_mm` away. `numeric` is the error of the computation; `efficacy` says that the
     /// mean went through the luminous efficacy.
     pub fn of(scene: &Scene, mean: f64, numeric: f64, efficacy: bool, distance_mm: f64) -> Self {

@@ -77,7 +77,7 @@ pub fn noise_of_one(u_lx: f64, digit_lx: f64) -> f64 {
 
 /// The levels of a run at one distance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema, Default)]
-pub struct Levels {
+pub struct Background {
     /// Capped: the meter's offset.
     pub capped: Option<Level>,
     /// Lamp off: offset and ambient.
@@ -99,10 +99,10 @@ pub struct Subtract {
     pub stray: bool,
 }
 
-impl Levels {
+impl Background {
     /// The levels among `readings`; ambient and stray light only from those at `distance_mm`, where there are any.
     pub fn of(readings: &[Reading], distance_mm: f64) -> Self {
-        let mut levels = Self {
+        let mut background = Self {
             capped: Level::of(of_kind(readings, ReadingKind::Capped)),
             ..Self::default()
         };
@@ -112,7 +112,7 @@ impl Levels {
                 .collect();
             let all: Vec<&Reading> = of_kind(readings, kind).collect();
             if here.is_empty() && !all.is_empty() {
-                levels.notes.push(format!(
+                background.notes.push(format!(
                     "{kind} readings were taken at another distance than {distance_mm} mm"
                 ));
                 return all;
@@ -121,29 +121,29 @@ impl Levels {
         };
         let lamp_off = Level::of(near(ReadingKind::LampOff));
         let mut baffled = near(ReadingKind::Baffled);
-        levels.lamp_off = lamp_off;
+        background.lamp_off = lamp_off;
         baffled.sort_by(|a, b| a.gamma_target_deg.abs().total_cmp(&b.gamma_target_deg.abs()));
         for group in baffled.chunk_by(|a, b| a.gamma_target_deg.abs() == b.gamma_target_deg.abs()) {
             if let Some(level) = Level::of(group.iter().copied()) {
-                levels.baffled.push((group[0].gamma_target_deg.abs(), level));
+                background.baffled.push((group[0].gamma_target_deg.abs(), level));
             }
         }
-        if levels.capped.is_none() && levels.lamp_off.is_some() {
-            levels
+        if background.capped.is_none() && background.lamp_off.is_some() {
+            background
                 .notes
                 .push("no capped readings: offset and ambient light are not told apart".to_owned());
         }
-        if levels.capped.is_none() && levels.lamp_off.is_none() && !levels.baffled.is_empty() {
-            levels.notes.push(
+        if background.capped.is_none() && background.lamp_off.is_none() && !background.baffled.is_empty() {
+            background.notes.push(
                 "no lamp_off and no capped readings: offset, ambient and stray light are not told apart".to_owned(),
             );
         }
-        if levels.baffled.len() == 1 {
-            levels
+        if background.baffled.len() == 1 {
+            background
                 .notes
                 .push("baffled readings at one γ only: the stray light is taken as constant".to_owned());
         }
-        levels
+        background
     }
 
     /// What is subtracted from a reading at `gamma_deg`, in lx: offset (capped), ambient (lamp_off − capped), stray
@@ -175,11 +175,11 @@ impl Levels {
     /// the sum, and only its uncertainty.
     pub fn u_lx(&self, gamma_deg: f64, subtract: Subtract) -> (f64, f64) {
         let (mut noise, mut digit) = (0.0_f64, 0.0_f64);
-        let levels = self.at(gamma_deg);
+        let background = self.at(gamma_deg);
         let coefficients = Self::coefficients(subtract);
         // A missing kind stands for the one before it: their coefficients add up before they are squared.
         let slots = self.slots();
-        for (slot, level) in levels.iter().enumerate() {
+        for (slot, level) in background.iter().enumerate() {
             let coefficient: f64 = (0..3)
                 .filter(|&kind| slots[kind] == Some(slot))
                 .map(|kind| coefficients[kind])
@@ -294,30 +294,30 @@ mod tests {
         let mut readings = dark(ReadingKind::Capped, &[0.05]);
         readings.extend(dark(ReadingKind::LampOff, &[0.07]));
         readings.extend(dark(ReadingKind::Baffled, &[0.12]));
-        let levels = Levels::of(&readings, 10_000.0);
+        let background = Background::of(&readings, 10_000.0);
         let close = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-12, "{value} {expected}");
-        close(levels.subtracted_lx(30.0, ALL), 0.12);
-        close(levels.subtracted_lx(30.0, Subtract { dark: false, ..ALL }), 0.07);
-        close(levels.subtracted_lx(30.0, Subtract { ambient: false, ..ALL }), 0.10);
-        close(levels.subtracted_lx(30.0, Subtract { stray: false, ..ALL }), 0.07);
+        close(background.subtracted_lx(30.0, ALL), 0.12);
+        close(background.subtracted_lx(30.0, Subtract { dark: false, ..ALL }), 0.07);
+        close(background.subtracted_lx(30.0, Subtract { ambient: false, ..ALL }), 0.10);
+        close(background.subtracted_lx(30.0, Subtract { stray: false, ..ALL }), 0.07);
         // All three: E − baffled, whose digit alone remains.
-        close(levels.u_lx(0.0, ALL).1, 0.01 / 12.0_f64.sqrt());
+        close(background.u_lx(0.0, ALL).1, 0.01 / 12.0_f64.sqrt());
         close(
-            levels.u_lx(0.0, Subtract { ambient: false, ..ALL }).1,
+            background.u_lx(0.0, Subtract { ambient: false, ..ALL }).1,
             0.01 / 4.0_f64.sqrt(),
         );
-        assert_eq!(levels.left(ALL), [0.0; 3]);
-        assert_eq!(levels.left(Subtract { dark: false, ..ALL }), [1.0, 0.0, 0.0]);
-        assert_eq!(levels.left(Subtract { stray: false, ..ALL }), [0.0, 0.0, 1.0]);
-        let capped = Levels::of(&dark(ReadingKind::Capped, &[0.05]), 10_000.0);
+        assert_eq!(background.left(ALL), [0.0; 3]);
+        assert_eq!(background.left(Subtract { dark: false, ..ALL }), [1.0, 0.0, 0.0]);
+        assert_eq!(background.left(Subtract { stray: false, ..ALL }), [0.0, 0.0, 1.0]);
+        let capped = Background::of(&dark(ReadingKind::Capped, &[0.05]), 10_000.0);
         assert_eq!(capped.left(ALL), [0.0, 1.0, 1.0]);
-        assert_eq!(Levels::default().left(ALL), [1.0; 3]);
-        let only_off = Levels::of(&dark(ReadingKind::LampOff, &[0.07]), 10_000.0);
+        assert_eq!(Background::default().left(ALL), [1.0; 3]);
+        let only_off = Background::of(&dark(ReadingKind::LampOff, &[0.07]), 10_000.0);
         close(only_off.subtracted_lx(0.0, ALL), 0.07);
         close(only_off.u_lx(0.0, ALL).1, 0.01 / 12.0_f64.sqrt());
         assert_eq!(only_off.left(ALL), [0.0, 0.0, 1.0]);
         assert_eq!(only_off.parts_lx(0.0), [Some(0.07), None, None]);
-        close(Levels::default().subtracted_lx(0.0, ALL), 0.0);
+        close(Background::default().subtracted_lx(0.0, ALL), 0.0);
     }
 
     #[test]
@@ -329,8 +329,8 @@ mod tests {
                 ..reading(0.0, gamma, value)
             });
         }
-        let levels = Levels::of(&readings, 10_000.0);
-        assert!((levels.subtracted_lx(45.0, ALL) - 0.20).abs() < 1e-12);
-        assert!((levels.subtracted_lx(180.0, ALL) - 0.30).abs() < 1e-12);
+        let background = Background::of(&readings, 10_000.0);
+        assert!((background.subtracted_lx(45.0, ALL) - 0.20).abs() < 1e-12);
+        assert!((background.subtracted_lx(180.0, ALL) - 0.30).abs() < 1e-12);
     }
 }

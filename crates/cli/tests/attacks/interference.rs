@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rand::RngExt as _;
 
-use crate::folder::said;
+use crate::folder::stated;
 use crate::support::{Bench, moment, random, rounds};
 
 /// One half-plane of a lamp that is the same all around, and what the corrections need.
@@ -89,7 +89,7 @@ fn finished(scan: Child) -> String {
         "{code:?}: {}",
         String::from_utf8_lossy(&output.stderr)
     );
-    said(output, code)
+    stated(output, code)
 }
 
 /// Every row that calls itself `ok` stands where it was sent, and has the light of its angle and of its kind.

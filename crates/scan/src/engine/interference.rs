@@ -12,7 +12,7 @@ use super::tests::{DAY, at_rest, scan};
 use super::visit::TRIES;
 use crate::cancel::Cancel;
 use crate::error::{ScanError, ScanErrorKind};
-use crate::testing::{Drive, Room, Shared, bench, header, plan, run_dir};
+use crate::testing::{AxisDrive, Room, Shared, bench, header, plan, run_dir};
 
 /// What a hand does.
 #[derive(Debug, Clone, Copy)]
@@ -40,7 +40,7 @@ const HANDS: [Hand; 6] = [
 fn drive(room: &mut Room, axis: usize, by: i64, seconds: f64) {
     let now = Instant::now();
     let from = room.axes[axis].steps(now);
-    room.axes[axis] = Drive {
+    room.axes[axis] = AxisDrive {
         from,
         to: from + by,
         began: Some(now),
@@ -207,7 +207,7 @@ async fn a_hand_that_never_rests_ends_the_scan_and_says_what_it_did() {
             .await
             .unwrap_err();
         task.abort();
-        let said = error.to_string();
+        let stated = error.to_string();
         match &error {
             ScanError::Disturbed {
                 role: found_role,
@@ -215,12 +215,12 @@ async fn a_hand_that_never_rests_ends_the_scan_and_says_what_it_did() {
                 ..
             } => {
                 assert_eq!(*found_role, role);
-                assert!(state.starts_with(found), "{said}");
+                assert!(state.starts_with(found), "{stated}");
             }
             ScanError::Device { role: found_role, .. } | ScanError::Position { role: found_role, .. } => {
-                assert_eq!((*found_role, role), ("axis.gamma", "axis.gamma"), "{said}");
+                assert_eq!((*found_role, role), ("axis.gamma", "axis.gamma"), "{stated}");
             }
-            _ => panic!("{said}"),
+            _ => panic!("{stated}"),
         }
         assert_eq!(error.kind(), ScanErrorKind::Instrument);
         assert!(at_rest(&room));
@@ -296,7 +296,7 @@ async fn a_reference_point_that_does_not_come_back_ends_the_scan_with_its_values
         (found / first - 0.97).abs() < 0.002 && (allowed_lx - (0.01 * first + 0.01)).abs() < 1e-9,
         "{error}"
     );
-    assert_eq!(error.kind(), ScanErrorKind::Gate);
+    assert_eq!(error.kind(), ScanErrorKind::NotAccepted);
     assert!(at_rest(&room));
     drop(run);
     let run = Run::read(&path).unwrap();
@@ -368,7 +368,7 @@ async fn repeats_that_do_not_agree_are_measured_again_and_then_refused() {
             Err(error) => {
                 assert!(!expected, "{error}");
                 assert!(matches!(error, ScanError::Repeats { .. }), "{error}");
-                assert_eq!(error.kind(), ScanErrorKind::Gate);
+                assert_eq!(error.kind(), ScanErrorKind::NotAccepted);
             }
         }
         let around = |gamma: f64| rows.iter().filter(move |row| row.gamma_target_deg == gamma);

@@ -1,12 +1,12 @@
 //! Every effect of the catalogue as a switch of the room, under the names and keys that model files use.
 //!
-//! A flaw is switched off by its null value, or by `only = true` with all that a file does not name. How each one acts
-//! is in the module of the part that it belongs to: [`crate::mount`], [`crate::floor`], [`crate::output`],
-//! [`crate::meter`], [`crate::spectrograph`], [`crate::camera`].
+//! An injected effect is switched off by its null value, or by `only = true` with all that a file does not name. How
+//! each one acts is in the module of the part that it belongs to: [`crate::mount`], [`crate::floor`],
+//! [`crate::output`], [`crate::meter`], [`crate::spectrograph`], [`crate::camera`].
 
 use serde::{Deserialize, Serialize};
 
-macro_rules! flaws {
+macro_rules! injected_effects {
     ($( $(#[$doc:meta])* $field:ident : $name:ident { $( $(#[$key_doc:meta])* $key:ident = $null:expr ),* $(,)? } )*) => {
         $(
             $(#[$doc])*
@@ -19,21 +19,21 @@ macro_rules! flaws {
             }
         )*
 
-        /// All flaws of one room. `Flaws::default()` is a room without any.
+        /// All injected effects of one room. `InjectedEffects::default()` is a room without any.
         #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
-        pub struct Flaws {
-            /// In a file: every flaw that it does not name is off, whatever the built-in room has. Always false once
-            /// read.
+        pub struct InjectedEffects {
+            /// In a file: every injected effect that it does not name is off, whatever the built-in room has. Always
+            /// false once read.
             pub only: bool,
             $( $(#[$doc])* pub $field: $name, )*
         }
 
-        impl Flaws {
-            /// Names of all flaws, in the order of the catalogue.
+        impl InjectedEffects {
+            /// Names of all injected effects, in the order of the catalogue.
             pub const NAMES: &'static [&'static str] = &[ $( stringify!($field), )* ];
 
-            /// Sets `name.key` to `value`; false if there is no such flaw or key.
+            /// Sets `name.key` to `value`; false if there is no such injected effect or key.
             pub fn set(&mut self, name: &str, key: &str, value: f64) -> bool {
                 match (name, key) {
                     $( $( (stringify!($field), stringify!($key)) => { self.$field.$key = value; true } )* )*
@@ -41,7 +41,7 @@ macro_rules! flaws {
                 }
             }
 
-            /// Every (flaw, key, value), in the order of the catalogue.
+            /// Every (injected effect, key, value), in the order of the catalogue.
             pub fn values(&self) -> Vec<(&'static str, &'static str, f64)> {
                 vec![ $( $( (stringify!($field), stringify!($key), self.$field.$key), )* )* ]
             }
@@ -49,7 +49,7 @@ macro_rules! flaws {
     };
 }
 
-flaws! {
+injected_effects! {
     /// Uniform stray light in the room, lamp on or off.
     ambient_stray: AmbientStray {
         /// Illuminance that it adds at the meter, lx.
@@ -209,12 +209,14 @@ flaws! {
         /// Diameter, mm.
         diameter_mm = 0.0,
     }
-    /// The meter's directional response departs from the cosine: factor 1 + coefficient · (1 − cos ε) / (1 − cos 60°).
+    /// The meter's directional response departs from the cosine: factor 1 + coefficient · (1 − cos ε) / (1 − cos
+    /// 60°).
     cosine_f2: CosineF2 {
         /// Relative error at 60° incidence.
         coefficient_rel = 0.0,
     }
-    /// Colour over angle, seen by a meter whose responsivity is not V(λ): a factor of the reading that changes with γ.
+    /// Colour over angle, seen by a meter whose responsivity is not V(λ): a factor of the reading that changes with
+    /// γ.
     spectral_mismatch: SpectralMismatch {
         /// Mismatch factor at γ = 0.
         factor = 1.0,
@@ -348,7 +350,7 @@ flaws! {
     }
 }
 
-impl Flaws {
+impl InjectedEffects {
     /// Angle and azimuth in radians, from degrees.
     pub(crate) fn polar(angle_deg: f64, azimuth_deg: f64) -> (f64, f64) {
         (angle_deg.to_radians(), azimuth_deg.to_radians())
@@ -360,11 +362,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_flaw_is_set_by_the_names_of_the_catalogue() {
-        let mut flaws = Flaws::default();
-        assert!(flaws.set("gamma_zero", "offset_deg", 0.2));
-        assert_eq!(flaws.gamma_zero.offset_deg, 0.2);
-        assert!(!flaws.set("gamma_zero", "offset", 0.2));
-        assert!(flaws.values().contains(&("gamma_zero", "offset_deg", 0.2)));
+    fn a_effect_is_set_by_the_names_of_the_catalogue() {
+        let mut injected_effects = InjectedEffects::default();
+        assert!(injected_effects.set("gamma_zero", "offset_deg", 0.2));
+        assert_eq!(injected_effects.gamma_zero.offset_deg, 0.2);
+        assert!(!injected_effects.set("gamma_zero", "offset", 0.2));
+        assert!(injected_effects.values().contains(&("gamma_zero", "offset_deg", 0.2)));
     }
 }

@@ -2,10 +2,10 @@
 
 use super::{Builder, word};
 use crate::pattern::Acts;
-use crate::table::{Coordinate, Row, Source};
+use crate::table::{Coordinate, ObservationKind, Row};
 
 pub(super) fn range(build: &mut Builder<'_>) {
-    let ranges = build.distinct(Source::Reading, Coordinate::Range);
+    let ranges = build.distinct(ObservationKind::Reading, Coordinate::Range);
     if ranges.len() < 2 {
         return;
     }
@@ -14,7 +14,7 @@ pub(super) fn range(build: &mut Builder<'_>) {
         let inside = move |level: f64, row: &Row| at(row) * level;
         let levels = build.rows.iter().zip(build.level.iter());
         let top = levels.map(|(row, level)| inside(*level, row)).fold(0.0, f64::max);
-        let mut along = build.along(Source::Reading, Coordinate::Range);
+        let mut along = build.along(ObservationKind::Reading, Coordinate::Range);
         for acts in [Acts::Relative, Acts::Everywhere] {
             along.one(acts, "jump", range, format!("{} in one range", word(acts)), at);
         }
@@ -26,7 +26,7 @@ pub(super) fn range(build: &mut Builder<'_>) {
     }
 }
 
-pub(super) fn signal_level(build: &mut Builder<'_>, source: Source) {
+pub(super) fn signal_level(build: &mut Builder<'_>, source: ObservationKind) {
     let levels = build.rows.iter().zip(build.level.iter());
     let own = levels.filter(|(row, _)| row.source == source).map(|(_, level)| *level);
     let top = own.fold(0.0, f64::max);
@@ -64,7 +64,7 @@ pub(super) fn signal_level(build: &mut Builder<'_>, source: Source) {
 }
 
 pub(super) fn ambient(build: &mut Builder<'_>, order: &[usize]) {
-    let temperatures = build.distinct(Source::Reading, Coordinate::AmbientC);
+    let temperatures = build.distinct(ObservationKind::Reading, Coordinate::AmbientC);
     let (Some(&low), Some(&high)) = (temperatures.first(), temperatures.last()) else {
         return;
     };
@@ -72,7 +72,7 @@ pub(super) fn ambient(build: &mut Builder<'_>, order: &[usize]) {
         return;
     }
     let rows = build.rows;
-    let mut along = build.along(Source::Reading, Coordinate::AmbientC);
+    let mut along = build.along(ObservationKind::Reading, Coordinate::AmbientC);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     let (place, whole) = (move |row: &Row| (row.ambient_c - middle) / half, [low, high]);
     along.relative("smooth", whole, "a curved change with temperature", move |row| {
@@ -93,7 +93,7 @@ pub(super) fn ambient(build: &mut Builder<'_>, order: &[usize]) {
     let in_time: Vec<usize> = order
         .iter()
         .copied()
-        .filter(|&i| rows[i].source == Source::Reading && rows[i].ambient_c.is_finite())
+        .filter(|&i| rows[i].source == ObservationKind::Reading && rows[i].ambient_c.is_finite())
         .collect();
     for lag_s in [100.0, 300.0, 1000.0] {
         let mut lagged = vec![0.0; rows.len()];

@@ -9,7 +9,7 @@ use crate::rules::Estimate;
 /// Both are set by the largest errors of thousands of pixels against far tighter solutions, with a margin (decision
 /// 0023).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trust {
+pub(super) struct Tolerance {
     /// Relative error, by its own estimate, that the rule aims at.
     pub aim: f64,
     safety: f64,
@@ -18,23 +18,23 @@ pub(super) struct Trust {
 
 /// The rules under one accuracy.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trusts {
+pub(super) struct Tolerances {
     /// Product rules over pixel and emitter.
-    pub product: Trust,
+    pub product: Tolerance,
     /// Lines across a pixel, cut at every bend, for points.
-    pub lines: Trust,
+    pub lines: Tolerance,
     /// Outlines of emitters, and an adaptive rule over the pixel.
-    pub outlines: Trust,
+    pub outlines: Tolerance,
     /// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel,
     /// its kinks can lie between all nodes.
-    pub chords: Trust,
+    pub chords: Tolerance,
     /// Relative error of a polynomial over a tile, by its own estimate.
     pub polynomial: f64,
     /// Relative error that no pixel exceeds.
     pub allowed: f64,
 }
 
-impl Trusts {
+impl Tolerances {
     pub fn of(accuracy: Accuracy) -> &'static Self {
         match accuracy {
             Accuracy::Standard => &STANDARD,
@@ -43,23 +43,23 @@ impl Trusts {
     }
 }
 
-const REFERENCE: Trusts = Trusts {
-    product: Trust {
+const REFERENCE: Tolerances = Tolerances {
+    product: Tolerance {
         aim: 0.8e-7,
         safety: 5.0,
         slack: 1e-7,
     },
-    lines: Trust {
+    lines: Tolerance {
         aim: 9e-8,
         safety: 4.0,
         slack: 2e-7,
     },
-    outlines: Trust {
+    outlines: Tolerance {
         aim: 6.5e-8,
         safety: 8.0,
         slack: 1e-7,
     },
-    chords: Trust {
+    chords: Tolerance {
         aim: 2.2e-7,
         safety: 25.0,
         slack: 1e-7,
@@ -69,21 +69,21 @@ const REFERENCE: Trusts = Trusts {
 };
 
 /// Nodes and polynomial share what is allowed.
-const STANDARD: Trusts = Trusts {
-    product: Trust {
+const STANDARD: Tolerances = Tolerances {
+    product: Tolerance {
         aim: 2e-6,
         safety: 2.0,
         slack: 1e-7,
     },
-    lines: Trust {
+    lines: Tolerance {
         aim: 1e-6,
         ..REFERENCE.lines
     },
-    outlines: Trust {
+    outlines: Tolerance {
         aim: 5e-7,
         ..REFERENCE.outlines
     },
-    chords: Trust {
+    chords: Tolerance {
         aim: 3e-7,
         ..REFERENCE.chords
     },
@@ -94,7 +94,7 @@ const STANDARD: Trusts = Trusts {
 /// What the rules inside a rule may miss of the value, however little is aimed at.
 const INNER: f64 = 2e-9;
 
-impl Trust {
+impl Tolerance {
     /// The estimate as a bound, where `scale` times the aim was asked for: no error is smaller than `unseen` (lx),
     /// light that no node may have met.
     pub fn stated(self, found: Estimate, scale: f64, unseen: f64) -> Estimate {

@@ -248,7 +248,7 @@ fn whole(path: &Utf8Path) -> Result<Value, Failure> {
 }
 
 /// The diagnosis that a job asks for.
-pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::Request> {
+pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::DiagnoseRequest> {
     let (model, observations) = job.diagnose()?;
     Some(diagnosis_of(
         model.to_owned(),
@@ -264,8 +264,8 @@ pub(super) fn diagnosis_of(
     observations: Vec<Utf8PathBuf>,
     results: &Utf8Path,
     overwrite: Overwrite,
-) -> diagnose::Request {
-    diagnose::Request {
+) -> diagnose::DiagnoseRequest {
+    diagnose::DiagnoseRequest {
         model,
         observations,
         out: results.join("diagnosis"),
