@@ -9,8 +9,6 @@ use crate::Failure;
 
 /// Integration time of the meters whose twins are read in motion, s.
 const INTEGRATION_S: f64 = 0.1;
-/// Sweeps between two visits to the reference point.
-const REFERENCE_EVERY: u32 = 4;
 
 /// Axes and a lux meter that sweep, where none are `named`.
 ///
@@ -42,7 +40,10 @@ pub fn choose(choice: &mut Choice, named: &[(Instrument, &Option<String>)]) -> R
 }
 
 /// A plan as sweeps: its first block with the same steps, two half-planes a sweep.
-pub fn plan(text: &str) -> String {
+///
+/// # Errors
+/// Bad input (exit 2) for a plan whose first block has no ranges.
+pub fn plan(text: &str) -> Result<String, Failure> {
     let mut made = String::new();
     let mut block = 0;
     for line in text.lines() {
@@ -51,15 +52,14 @@ pub fn plan(text: &str) -> String {
         let set = |value: String, comment: &str| format!("{value:<31} # {comment}\n");
         made += &match key {
             "c_range" if block == 1 => {
-                let step = step(line);
+                let step = step(line)?;
                 set(
                     format!("c_range = [0, {}, {step}]", 180.0 - step),
                     "each sweep reads this half-plane and the one opposite",
                 )
             }
             "gamma_range" if block == 1 => {
-                let step = step(line);
-                let most = (10.0 * most_deg_s(step, INTEGRATION_S)).floor() / 10.0;
+                let step = step(line)?;
                 set(
                     format!("gamma_range = [-180, 180, {step}]"),
                     "step: no coarser than the light bends",
@@ -67,16 +67,12 @@ pub fn plan(text: &str) -> String {
                     "mode = \"sweep\"".to_owned(),
                     "read while γ moves; without this line at rest: the reference",
                 ) + &set(
-                    format!("speed_deg_s = {}", SPEED_DEG_S.min(most)),
+                    format!("speed_deg_s = {}", sweep_deg_s(step)),
                     "slower reads more often",
                 )
             }
-            "reference_every" if block == 1 => set(
-                format!("reference_every = {REFERENCE_EVERY}"),
-                "back to C 0°, γ 0° at rest after so many sweeps: drift",
-            ),
-            // They do not go with sweeps.
-            "order" | "repeats" if block == 1 => continue,
+            // They do not go with sweeps, each of which crosses γ = 0°: that shows the drift.
+            "order" | "repeats" | "reference_every" if block == 1 => continue,
             "The" if line.starts_with("# The distribution:") => {
                 "# The distribution, in motion. Ten directions that its sweeps draw are read at rest afterwards.\n"
                     .to_owned()
@@ -84,14 +80,20 @@ pub fn plan(text: &str) -> String {
             _ => format!("{line}\n"),
         };
     }
-    made
+    Ok(made)
+}
+
+/// The speed of γ that is proposed for steps of so many degrees, °/s.
+pub fn sweep_deg_s(step_deg: f64) -> f64 {
+    SPEED_DEG_S.min((10.0 * most_deg_s(step_deg, INTEGRATION_S)).floor() / 10.0)
 }
 
 /// The step of `key = [from, to, step]`, degrees.
-fn step(line: &str) -> f64 {
+fn step(line: &str) -> Result<f64, Failure> {
     let inside = line.split(['[', ']']).nth(1).unwrap_or("");
     let last = inside.split(',').next_back().unwrap_or("");
-    last.trim().parse().unwrap_or(1.0)
+    let step = last.trim().parse();
+    step.map_err(|_| Failure::bad_input(format!("`{line}` is no [from, to, step]")))
 }
 
 #[cfg(test)]
@@ -104,12 +106,12 @@ mod tests {
 
     #[test]
     fn the_plan_of_the_day_as_sweeps_reads_the_same_directions() {
-        let text = plan(&DayPlan::Near.text());
+        let text = plan(&DayPlan::Near.text()).unwrap();
         let swept = Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap();
         let day = DayPlan::Near.plan().unwrap();
         assert_eq!(swept.blocks()[1..], day.blocks()[1..]);
         let [swept, day] = [&swept.blocks()[0], &day.blocks()[0]];
-        assert_eq!((swept.sweep_deg_s, swept.distance_mm), (Some(10.0), day.distance_mm));
+        assert_eq!((swept.sweep_deg_s, swept.distance_mm), (Some(12.0), day.distance_mm));
         let mut whole: Vec<(f64, f64)> = Vec::new();
         for c_deg in &swept.c_deg {
             for gamma_deg in &swept.gamma_deg {
@@ -125,10 +127,16 @@ mod tests {
 
     #[test]
     fn fine_steps_are_swept_slowly() {
-        let fine = plan(&DayPlan::Near.text().replace("[0, 180, 2]", "[0, 180, 0.5]"));
+        let fine = plan(&DayPlan::Near.text().replace("[0, 180, 2]", "[0, 180, 0.5]")).unwrap();
         assert!(
             fine.contains("speed_deg_s = 3.8") && fine.contains("[-180, 180, 0.5]"),
             "{fine}"
         );
+        let listed = plan(
+            &DayPlan::Near
+                .text()
+                .replace("gamma_range = [0, 180, 2]", "gamma_range = 0.5"),
+        );
+        assert!(listed.unwrap_err().message.contains("gamma_range = 0.5"));
     }
 }

@@ -18,6 +18,7 @@ use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 
 pub use bench::{ABSENT, BY_HAND, PARTS, Part, Spare, bench, part};
+pub use in_motion::sweep_deg_s;
 pub use virtual_station::virtual_station;
 
 /// The plan of the day: 25 half-planes × 91 γ, baffled, spectrum, capped, lamp off.
@@ -89,18 +90,18 @@ pub fn run(
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
     let mut files = vec![("station.toml", station)];
     files.extend(calibration.map(|text| (CALIBRATION_FILE, text)));
-    files.push(("plan.toml", instruments.plan(plan.text())));
+    files.push(("plan.toml", instruments.plan(plan.text())?));
     files.push(("scene.toml", SCENE.to_owned()));
     files.push(("job.toml", JOB.to_owned() + &subject::text(subject)));
     write_all(folder, files, overwrite)
 }
 
-/// Writes into `folder` what rehearses the scan of the luminaire of the photometric file `lamp`: its room, a station and
-/// a plan for it; the names written. How the grid was chosen, and what had to be assumed, goes to `progress`.
+/// Writes into `folder` what rehearses the scan of the luminaire of the photometric file `lamp`: its room, a station
+/// and a plan for it; the names written. How the grid was chosen, and what had to be assumed, goes to `progress`.
 ///
 /// # Errors
-/// Bad input (exit 2) when one of them exists and may not be replaced, and for a file of which no lamp can be made; then
-/// none is written.
+/// Bad input (exit 2) when one of them exists and may not be replaced, and for a file of which no lamp can be made;
+/// then none is written.
 pub fn for_lamp(
     folder: &Utf8Path,
     lamp: &Utf8Path,
@@ -120,7 +121,7 @@ pub fn for_lamp(
                 let station = instruments.station(text, &choice);
                 *text = format!("{STATION_HEAD}{station}{STATION_TAIL}");
             }
-            "plan.toml" => *text = instruments.plan(std::mem::take(text)),
+            "plan.toml" => *text = instruments.plan(std::mem::take(text))?,
             _ => {}
         }
     }
@@ -210,8 +211,12 @@ impl Instruments {
     }
 
     /// The plan for how it is read.
-    fn plan(&self, text: String) -> String {
-        if self.in_motion { in_motion::plan(&text) } else { text }
+    fn plan(&self, text: String) -> Result<String, Failure> {
+        if self.in_motion {
+            in_motion::plan(&text)
+        } else {
+            Ok(text)
+        }
     }
 }
 

@@ -17,8 +17,8 @@ pub enum Mode {
     Sweep,
 }
 
-/// Speed of a block of sweeps where it states none, °/s.
-pub const SPEED_DEG_S: f64 = 10.0;
+/// Speed of a block of sweeps where it states none, °/s: run-up and run-out take 4.8° at 40 °/s².
+pub const SPEED_DEG_S: f64 = 12.0;
 /// The slow pair that separates delay and backlash reaches so far to both sides of γ = 0°, degrees.
 const SLOW_REACH_DEG: f64 = 60.0;
 /// Share of the block's speed that it has.

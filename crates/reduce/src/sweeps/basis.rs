@@ -39,6 +39,11 @@ impl Basis {
         self.knots.len() - 4
     }
 
+    /// Where spline number `k` has its weight (Greville's abscissa), degrees.
+    pub fn centre_deg(&self, k: usize) -> f64 {
+        self.knots[k + 1..k + 4].iter().sum::<f64>() / 3.0
+    }
+
     /// First and last γ.
     pub fn range_deg(&self) -> [f64; 2] {
         [self.knots[0], self.knots[self.knots.len() - 1]]

@@ -40,19 +40,22 @@ pub struct Curve {
 /// One in so many conversions is kept out at a time.
 const FOLDS: usize = 4;
 /// Strengths of the penalty, in shares of the weight of the coefficients around.
-const STRENGTHS: [f64; 7] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+const STRENGTHS: [f64; 5] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 /// Steps of γ over which the error of kept-out conversions is averaged.
 const REACH_STEPS: f64 = 3.0;
 
 impl Curve {
     /// The curve over `gamma_deg` through `windows`; none where they do not determine it.
     pub fn through(gamma_deg: &[f64], windows: &[Window]) -> Option<Self> {
+        if windows.is_empty() {
+            return None;
+        }
         let basis = Basis::over(gamma_deg);
         let rows: Vec<Weights> = windows.iter().map(|w| basis.mean(w.from_deg, w.to_deg)).collect();
         let wanted = |kept: &dyn Fn(usize) -> bool| normal(basis.len(), &rows, windows, kept);
         let folds: Vec<_> = (0..FOLDS).map(|fold| wanted(&|k| k % FOLDS != fold)).collect();
         let (matrix, right) = wanted(&|_| true);
-        let penalty = penalty(&matrix);
+        let penalty = penalty(&matrix, &basis, windows);
         let errors = |strength: f64| -> Option<Vec<f64>> {
             let mut errors = vec![0.0; windows.len()];
             for (fold, (matrix, right)) in folds.iter().enumerate() {
@@ -159,18 +162,24 @@ fn normal(
     (matrix, right)
 }
 
-/// Squares of the second differences of the coefficients, each as heavy as the conversions around it: bright light has
-/// more noise than dim light, and is to be smoothed no more for that. Where there is no light, as heavy as the lightest
-/// weight of a coefficient.
-fn penalty(weights: &DMatrix<f64>) -> DMatrix<f64> {
+/// Squares of the second differences of the coefficients, each as heavy as conversions with the noise around would be:
+/// bright light has more noise than dim light, and is to be smoothed no more for that. Where conversions are missing it
+/// is as heavy as where there are some, so that what lies between follows from its neighbours.
+fn penalty(weights: &DMatrix<f64>, basis: &Basis, windows: &[Window]) -> DMatrix<f64> {
     let count = weights.nrows();
-    let diagonal = weights.diagonal();
-    let positive = diagonal.iter().copied().filter(|weight| *weight > 0.0);
-    let least = positive.fold(f64::INFINITY, f64::min);
+    let precision = |k: usize| {
+        let from = |window: &&Window| (window.middle_deg() - basis.centre_deg(k)).abs();
+        let nearest = windows.iter().min_by(|a, b| from(a).total_cmp(&from(b)));
+        nearest.map_or(0.0, |window| 1.0 / (window.sigma * window.sigma))
+    };
+    let precisions: Vec<f64> = (0..count).map(precision).collect();
+    // How much of the conversions' weight a coefficient usually has.
+    let mut shares: Vec<f64> = (0..count).map(|k| weights[(k, k)] / precisions[k]).collect();
+    shares.sort_by(f64::total_cmp);
+    let share = shares[count / 2].max(f64::MIN_POSITIVE);
     let mut matrix = DMatrix::zeros(count, count);
     for k in 1..count - 1 {
-        let around = diagonal.rows(k - 1, 3).min();
-        let heavy = if around > 0.0 { around } else { least };
+        let heavy = share * precisions[k - 1].min(precisions[k]).min(precisions[k + 1]);
         for (i, a) in [1.0, -2.0, 1.0].into_iter().enumerate() {
             for (j, b) in [1.0, -2.0, 1.0].into_iter().enumerate() {
                 matrix[(k - 1 + i, k - 1 + j)] += heavy * a * b;

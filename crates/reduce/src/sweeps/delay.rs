@@ -2,13 +2,16 @@
 //!
 //! Measurements that begin a time τ after their request (the latency, less the lag of the meter) at the speed v, and play
 //! b between encoder and luminaire, displace a forward sweep by s = v·τ + b/2 and a backward one by −s. At one speed they cannot be separated, and need not be: s is what is
-//! corrected. At two speeds τ = (s₁ − s₂)/(v₁ − v₂) and b = 2·(s₁ − v₁·τ).
+//! corrected. At two speeds τ = (s₁ − s₂)/(v₁ − v₂) and b = 2·(s₁ − v₁·τ); light
+//! that shows neither leaves the play that benches have.
 
 use super::curve::Curve;
 
 /// Steps at both ends that are left out: there the curve is held from one side alone.
 const MARGIN: usize = 3;
 const ROUNDS: usize = 6;
+/// Play of benches, as a standard deviation about 0: a measured one is far better known. By hand.
+const PLAY_DEG: f64 = 0.5;
 
 /// The displacement of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,13 +81,17 @@ impl Delay {
         if difference.abs() < 0.05 * fast.speed_deg_s {
             return None;
         }
-        let delay = (fast.shift_deg - slow.shift_deg) / difference;
-        let u_delay = fast.u_deg.hypot(slow.u_deg) / difference.abs();
-        let play = 2.0 * (fast.shift_deg - fast.speed_deg_s * delay);
         let (a, b) = (slow.speed_deg_s / difference, fast.speed_deg_s / difference);
+        let play = 2.0 * (b * slow.shift_deg - a * fast.shift_deg);
         let u_play = 2.0 * (a * fast.u_deg).hypot(b * slow.u_deg);
+        // Light that hardly changes along γ says nothing of the play: then what benches have does.
+        let share = PLAY_DEG * PLAY_DEG / (PLAY_DEG * PLAY_DEG + u_play * u_play);
+        let (play, u_play) = (share * play, share.sqrt() * u_play);
         Some(Self {
-            delay_s: (delay, u_delay),
+            delay_s: (
+                (fast.shift_deg - 0.5 * play) / fast.speed_deg_s,
+                fast.u_deg.hypot(0.5 * u_play) / fast.speed_deg_s,
+            ),
             play_deg: (play, u_play),
         })
     }

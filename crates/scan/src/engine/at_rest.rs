@@ -91,7 +91,7 @@ impl Session<'_> {
 }
 
 /// Directions out of `cells`, (C, γ) in degrees with the light there, drawn by `seed`; half of them where there is
-/// light. By half-plane and γ, there and back.
+/// light. From the last half-plane on each time the nearest one: both axes move at once.
 fn directions(seed: &str, cells: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     let largest = cells.iter().map(|cell| cell.2).fold(0.0, f64::max);
     let illuminated: Vec<usize> = (0..cells.len())
@@ -115,10 +115,17 @@ fn directions(seed: &str, cells: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
         }
         draw += 1;
     }
-    let mut drawn: Vec<(f64, f64)> = places.into_iter().map(|at| (cells[at].0, cells[at].1)).collect();
-    drawn.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    for plane in drawn.chunk_by_mut(|a, b| a.0 == b.0).skip(1).step_by(2) {
-        plane.reverse();
+    let mut left: Vec<(f64, f64)> = places.into_iter().map(|at| (cells[at].0, cells[at].1)).collect();
+    left.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    let mut drawn: Vec<(f64, f64)> = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let way = |to: &(f64, f64)| {
+            drawn
+                .last()
+                .map_or(0.0, |from| (to.0 - from.0).abs().max((to.1 - from.1).abs()))
+        };
+        let nearest = (1..left.len()).fold(0, |best, at| if way(&left[at]) < way(&left[best]) { at } else { best });
+        drawn.push(left.remove(nearest));
     }
     drawn
 }
@@ -152,6 +159,10 @@ mod tests {
             );
         }
         assert_eq!(directions("a", &cells()[..4]).len(), 4);
+        // Everything in one half-plane is passed in one way.
+        let one_plane: Vec<(f64, f64, f64)> = cells().into_iter().filter(|cell| cell.0 == 60.0).collect();
+        let drawn = directions("a", &one_plane);
+        assert!(drawn.windows(2).all(|pair| pair[0].1 > pair[1].1), "{drawn:?}");
         assert_eq!(directions("a", &[]), []);
     }
 }
