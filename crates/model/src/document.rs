@@ -126,6 +126,9 @@ pub struct Uncertainty {
     /// shows there is in them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured_at_mm: Option<f64>,
+    /// First and last γ that were measured, where that is not the whole sphere, in degrees: outside the file is dark.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_gamma_deg: Option<[f64; 2]>,
     /// What was neither measured nor stated: a number that is computed from this luminaire has no complete uncertainty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
@@ -156,6 +159,16 @@ impl Uncertainty {
             ("direction_share", self.direction_share.map(|[along, _]| along), 1.0),
             ("direction_share", self.direction_share.map(|[_, around]| around), 1.0),
             ("mean_share", self.mean_share, 1.0),
+            (
+                "measured_gamma_deg",
+                self.measured_gamma_deg.map(|[first, _]| first),
+                180.0,
+            ),
+            (
+                "measured_gamma_deg",
+                self.measured_gamma_deg.map(|[_, last]| last),
+                180.0,
+            ),
             ("luminous_diameter_mm", self.luminous_diameter_mm, 1e5),
             ("measured_at_mm", self.measured_at_mm, 1e7),
         ]

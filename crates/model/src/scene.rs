@@ -1,7 +1,10 @@
 //! `scene.toml`: a model and a sensor before it.
 
+use std::f64::consts::TAU;
+
 use camino::{Utf8Path, Utf8PathBuf};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
+use isolux_photometry::polar_deg;
 use isolux_record::document::{DocumentError, SourceText, read_text};
 
 use crate::document::{Accuracy, SCENE_FORMAT, SceneDocument, effect_from_table};
@@ -53,7 +56,31 @@ pub struct Scene {
     pub accuracy: Accuracy,
 }
 
+/// Points of the rim of an emitter, and along each edge of a sensor, between which rays are drawn.
+const RIM: usize = 24;
+const EDGE: usize = 5;
+
 impl Scene {
+    /// The smallest and the largest γ of the rays from the emitter, as a disc of its extent, to the sensor: of 25 places
+    /// of the sensor, to its edges. Degrees.
+    pub fn gamma_range_deg(&self) -> [f64; 2] {
+        let radius_mm = self.model.emitter().extent_mm();
+        let along = |k: usize, size: f64| (k as f64 / (EDGE - 1) as f64 - 0.5) * size;
+        let [width, height] = self.sensor.size_mm;
+        let places = (0..EDGE * EDGE).map(|k| DVec2::new(along(k % EDGE, width), along(k / EDGE, height)));
+        let rays = places.flat_map(|place| {
+            let to = self.sensor.pose.lamp_from_sensor(place);
+            let rim = (0..RIM).map(move |k| {
+                let (sin, cos) = (TAU * k as f64 / RIM as f64).sin_cos();
+                to - DVec3::new(radius_mm * cos, radius_mm * sin, 0.0)
+            });
+            rim.chain(std::iter::once(to))
+        });
+        rays.map(polar_deg).fold([180.0, 0.0], |[low, high], gamma: f64| {
+            [low.min(gamma), high.max(gamma)]
+        })
+    }
+
     /// The scene of a `scene.toml`, with its model from the file that it names or from its own `[luminaire]`.
     ///
     /// # Errors

@@ -124,7 +124,17 @@ fn sensor_mean_lx(distribution: &IntensityDistribution) -> f64 {
 
 /// What of the sphere was not measured.
 fn outside(distribution: &IntensityDistribution) -> Option<String> {
+    zone_deg(distribution).map(zone_alone)
+}
+
+/// First and last γ where that is not the whole sphere, degrees.
+pub fn zone_deg(distribution: &IntensityDistribution) -> Option<[f64; 2]> {
     let gammas = distribution.gamma_deg();
     let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
-    (first > 0.0 || last < 180.0).then(|| format!("γ {first}° to {last}° alone was measured"))
+    (first > 0.0 || last < 180.0).then_some([first, last])
+}
+
+/// The phrase for it.
+pub fn zone_alone([first, last]: [f64; 2]) -> String {
+    format!("γ {first}° to {last}° alone was measured")
 }

@@ -1,6 +1,7 @@
 //! `scan`: a plan becomes a run directory.
 
 mod estimate;
+pub mod for_sensor;
 mod narrator;
 pub mod plan;
 mod state;
@@ -233,7 +234,11 @@ impl ScanJob<'_> {
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
-pub fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(StationFiles, Plan, DryRun), Failure> {
+pub fn checked(
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    attended: bool,
+) -> Result<(StationFiles, Plan, DryRun), Failure> {
     let source = StationFiles::load(station)?;
     let (plan, text) = plan::load(plan_file)?;
     let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;

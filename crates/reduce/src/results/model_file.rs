@@ -7,7 +7,7 @@ use super::file::{diameter_mm, file_name, hashes};
 use crate::budget::noise_of_directions;
 use crate::finding;
 use crate::grid::Grid;
-use crate::headline::NEAR_FIELD_AT_SENSOR;
+use crate::headline::{NEAR_FIELD_AT_SENSOR, zone_alone, zone_deg};
 use crate::{Drift, Reduction};
 
 /// The model of the run: its distribution and spectrum with the luminous area as emitter, and the offset, ambient and
@@ -87,6 +87,9 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     let near_axis = reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
     let ler = reduction.spectral.as_ref().map(|spectral| &spectral.ler);
     let mut missing: Vec<&String> = Vec::new();
+    // Of a zone the flux is not known; the light in it is.
+    let zone_deg = zone_deg(&reduction.grid.distribution);
+    let zone = zone_deg.map(zone_alone);
     for (key, quantity) in [
         ("intensity_rel", Some(&near_axis)),
         ("flux_rel", Some(&reduction.flux)),
@@ -98,7 +101,7 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
             text.push_str(&format!("{key} = {rel:.6}\n"));
         }
         for phrase in &quantity.missing {
-            if !missing.contains(&phrase) {
+            if !missing.contains(&phrase) && zone.as_ref() != Some(phrase) {
                 missing.push(phrase);
             }
         }
@@ -106,6 +109,9 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     if !missing.is_empty() {
         let list: Vec<toml::Value> = missing.into_iter().map(|phrase| phrase.as_str().into()).collect();
         text.push_str(&format!("missing = {}\n", toml::Value::Array(list)));
+    }
+    if let Some([first, last]) = zone_deg {
+        text.push_str(&format!("measured_gamma_deg = [{first:?}, {last:?}]\n"));
     }
     if let Some(diameter_mm) = diameter_mm {
         text.push_str(&format!("luminous_diameter_mm = {diameter_mm:?}\n"));
@@ -155,8 +161,8 @@ fn bench_effects(reduction: &Reduction) -> Vec<String> {
     effects
 }
 
-/// The drift that was taken out of the readings, which the lamp still has; where the visits show none, how much there may
-/// be. The intensities are those of its reference time.
+/// The drift that was taken out of the readings, which the lamp still has; where the visits show none, how much there
+/// may be. The intensities are those of its reference time.
 fn lamp_drift(drift: &Drift) -> Option<String> {
     let (rate_per_h, u_rate_per_h, centre_s) = match drift {
         Drift::Linear {

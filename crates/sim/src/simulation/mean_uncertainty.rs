@@ -25,6 +25,15 @@ impl MeanUncertainty {
             };
         };
         let mut missing = u.missing.clone();
+        if let Some([first, last]) = u.measured_gamma_deg {
+            let [low, high] = scene.gamma_range_deg();
+            // A file has its angles to 0.01°.
+            if low < first - 0.01 || high > last + 0.01 {
+                missing.push(format!(
+                    "γ {first}° to {last}° alone was measured, and light from γ {low:.1}° to {high:.1}° reaches the sensor"
+                ));
+            }
+        }
         let mut stated = |key: &str, value: Option<f64>| {
             if value.is_none() && u.missing.is_empty() {
                 missing.push(format!("the model states no luminaire.u.{key}"));
