@@ -69,6 +69,15 @@ fn what_no_reading_can_reach_is_said() {
     let stated = folder.isolux(&[&plan[..], &["5"]].concat(), 2);
     assert!(stated.contains("as 0.005"), "{stated}");
     folder.write(
+        "silent.toml",
+        &folder.read("station.toml").replace("noise_lx", "# noise_lx"),
+    );
+    let stated = folder.isolux(&["plan", "silent.toml", "plan.toml", "--for", "scene.toml"], 0);
+    assert!(
+        stated.contains("not known, and no part of that: [luxmeter] noise_rel and noise_lx"),
+        "{stated}"
+    );
+    folder.write(
         "dark.toml",
         &folder.read("station.toml").replace("peak_cd", "# peak_cd"),
     );

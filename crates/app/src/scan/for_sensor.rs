@@ -4,11 +4,12 @@
 //! What a grid loses between its directions is computed on the lamp that is known: the model of the scene, or the lobe of
 //! the station's flux and peak. What readings cannot make smaller (calibration, distance) is stated beside it.
 
-use std::f64::consts::TAU;
+mod lamp;
+
 use std::fmt;
 
 use camino::Utf8Path;
-use isolux_model::{Emitter, Interpolation, Luminaire, Model, Scene, Spectral};
+use isolux_model::{Interpolation, Luminaire, Model, Scene, Spectral};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::plan::{Block, BlockDocument, Instrument, Mode, Order, PlanDocument};
 use isolux_record::{Plan, ReadingKind, Station};
@@ -16,13 +17,12 @@ use isolux_scan::dry_run;
 use isolux_sim::simulation::Method;
 use serde::Serialize;
 
+use self::lamp::lit_scene;
 use crate::Failure;
 use crate::instruments::bench::StationFiles;
 use crate::scan::plan;
-use crate::simulation::{scene, simulate};
+use crate::simulation::simulate;
 
-/// Pixels along each edge on which grids are compared.
-const PIXELS: usize = 16;
 /// Half-planes of the grids that are tried: the reduction states no uncertainty over more than 45°.
 const HALF_PLANES: [usize; 4] = [8, 12, 24, 36];
 /// Steps of γ from the axis to the edge of what the sensor sees: fewer γ resolve no lobe.
@@ -57,6 +57,8 @@ pub struct ForSensor {
     pub wanted_rel: f64,
     /// What the lamp is taken to be.
     pub lamp: String,
+    /// What the station does not say, and has no part in the uncertainties.
+    pub unknown: [Option<&'static str>; 3],
 }
 
 /// Parts of a relative standard uncertainty.
@@ -116,7 +118,11 @@ impl ForSensor {
             format!("u of its most uncertain place: {}", self.u_place),
             format!("what is lost between directions is that of {}", self.lamp),
         ];
-        if self.u_mean.u_rel().max(self.u_place.u_rel()) > self.wanted_rel {
+        let unknown: Vec<&str> = self.unknown.into_iter().flatten().collect();
+        if !unknown.is_empty() {
+            lines.push(format!("not known, and no part of that: {}", unknown.join(", ")));
+        }
+        if self.u_rel() > self.wanted_rel {
             lines.push(format!(
                 "{:.2} % is out of reach: calibration and distance alone are {:.2} %; this is the plan that comes nearest",
                 100.0 * self.wanted_rel,
@@ -159,66 +165,90 @@ pub fn propose(
             "{scene_file}: the sensor sees the lamp from γ up to {reach_deg:.0}°; the whole distribution is needed"
         )));
     }
-    let exact = on_sensor(&scene, scene.model.luminaire().distribution().clone())?;
-    let meter = station.luxmeter();
-    let read_mm = whole.blocks()[place].distance_mm.unwrap_or(station.bench().distance_mm);
-    let axis_lx = scene.model.luminaire().distribution().pole_cd(0.0) / (read_mm * 1e-3).powi(2);
-    let digit_lx = plan::display(&station, &file)
-        .and_then(|ranges| ranges.into_iter().find(|range| axis_lx <= range.full_scale_lx))
-        .map_or(0.0, |range| range.digit_lx);
-    let digit = digit_lx / 12.0_f64.sqrt() / axis_lx;
-    let noise = meter
-        .noise_rel
-        .unwrap_or(0.0)
-        .hypot(meter.noise_lx.unwrap_or(0.0) / axis_lx);
-    let fixed = Parts {
-        calibration: meter.u_rel,
-        distance: station.bench().u_distance_mm.map_or(0.0, |u_mm| 2.0 * u_mm / read_mm),
-        readings: 0.0,
-        grid: 0.0,
-    };
+    let light = scene.model.luminaire().distribution();
+    let exact = on_sensor(&scene, light.clone())?;
+    let whole_s = planned_s(&whole)?;
     let mut best: Option<ForSensor> = None;
-    for half_planes in HALF_PLANES {
-        for steps in STEPS {
-            let step_deg = (10.0 * reach_deg / steps as f64).ceil() / 10.0;
-            let grid = sampled(scene.model.luminaire().distribution(), half_planes, steps, step_deg)?;
-            let seen = on_sensor(&scene, grid)?;
-            let lost = exact.compared(&seen);
-            for repeats in REPEATS {
-                let scatter = noise / f64::from(repeats).sqrt();
-                let own = document(&whole, place, (half_planes, steps, step_deg), repeats);
-                let text = written(&own, plan_file, scene_file)?;
-                let made = Plan::parse(plan_file, &text).map_err(Failure::bad_input)?;
-                let one = ForSensor {
-                    text,
-                    reach_deg,
-                    half_planes,
-                    gammas: 2 * steps + 1,
-                    gamma_step_deg: step_deg,
-                    repeats,
-                    from_stable_s: [planned_s(&made)?, planned_s(&whole)?],
-                    // Every half-plane counts at least once in the mean; digits do not become less by it.
-                    u_mean: Parts {
-                        readings: (scatter / (half_planes as f64).sqrt()).hypot(digit),
-                        grid: lost[0],
-                        ..fixed
-                    },
-                    u_place: Parts {
-                        readings: scatter.hypot(digit),
-                        grid: lost[1],
-                        ..fixed
-                    },
-                    wanted_rel,
-                    lamp: lamp.clone(),
-                };
-                best = match best {
-                    Some(other) if !one.is_better_than(&other) => Some(other),
-                    _ => Some(one),
-                };
-            }
+    for (half_planes, steps) in HALF_PLANES
+        .into_iter()
+        .flat_map(|planes| STEPS.map(|steps| (planes, steps)))
+    {
+        let step_deg = (10.0 * reach_deg / steps as f64).ceil() / 10.0;
+        let grid = sampled(light, half_planes, steps, step_deg)?;
+        let readings = Readings::of(&station, &file, &whole.blocks()[place], grid.peak().intensity_cd);
+        let lost = exact.compared(&on_sensor(&scene, grid)?);
+        for repeats in REPEATS {
+            let own = document(&whole, place, (half_planes, steps, step_deg), repeats);
+            let text = written(&own, plan_file, scene_file)?;
+            let made = Plan::parse(plan_file, &text).map_err(Failure::bad_input)?;
+            let one = ForSensor {
+                text,
+                reach_deg,
+                half_planes,
+                gammas: 2 * steps + 1,
+                gamma_step_deg: step_deg,
+                repeats,
+                from_stable_s: [planned_s(&made)?, whole_s],
+                // Every half-plane counts at least once in the mean.
+                u_mean: readings.parts(f64::from(repeats) * half_planes as f64, lost[0]),
+                u_place: readings.parts(f64::from(repeats), lost[1]),
+                wanted_rel,
+                lamp: lamp.clone(),
+                unknown: readings.unknown,
+            };
+            best = match best {
+                Some(other) if !one.is_better_than(&other) => Some(other),
+                _ => Some(one),
+            };
         }
     }
     best.ok_or_else(|| Failure::bad_input(format!("{plan_file}: no grid was tried")))
+}
+
+/// What is known of the readings before they are taken, relative to the largest light of the zone.
+#[derive(Debug, Clone, Copy)]
+struct Readings {
+    calibration: f64,
+    distance: f64,
+    noise: f64,
+    digit: f64,
+    /// Keys of the station that would say more.
+    unknown: [Option<&'static str>; 3],
+}
+
+impl Readings {
+    fn of(station: &Station, file: &Utf8Path, block: &Block, largest_cd: f64) -> Self {
+        let meter = station.luxmeter();
+        let read_mm = block.distance_mm.unwrap_or(station.bench().distance_mm);
+        let largest_lx = largest_cd / (read_mm * 1e-3).powi(2);
+        let u_distance = station.bench().u_distance_mm.map(|u_mm| 2.0 * u_mm / read_mm);
+        let noise = meter.noise_rel.zip(meter.noise_lx);
+        let noise = noise.map(|(rel, lux)| rel.hypot(lux / largest_lx));
+        let digit_lx = plan::display(station, file)
+            .and_then(|ranges| ranges.into_iter().find(|range| largest_lx <= range.full_scale_lx))
+            .map(|range| range.digit_lx);
+        Self {
+            calibration: meter.u_rel,
+            distance: u_distance.unwrap_or(0.0),
+            noise: noise.unwrap_or(0.0),
+            digit: digit_lx.map_or(0.0, |digit_lx| digit_lx / 12.0_f64.sqrt() / largest_lx),
+            unknown: [
+                u_distance.is_none().then_some("[bench] u_distance_mm"),
+                noise.is_none().then_some("[luxmeter] noise_rel and noise_lx"),
+                digit_lx.is_none().then_some("the meter's ranges"),
+            ],
+        }
+    }
+
+    /// Of the mean of so many readings. Digits do not become less by their number.
+    fn parts(&self, count: f64, grid: f64) -> Parts {
+        Parts {
+            calibration: self.calibration,
+            distance: self.distance,
+            readings: (self.noise / count.sqrt()).hypot(self.digit),
+            grid,
+        }
+    }
 }
 
 impl ForSensor {
@@ -246,63 +276,6 @@ fn distribution_of(plan: &Plan) -> Option<usize> {
         .filter(|(_, block)| of_lamp(block))
         .max_by_key(|(_, block)| directions(block))?;
     (directions(block) > 1).then_some(place)
-}
-
-/// The scene with few pixels, lit by its own model or, where that is not there yet, by the station's lamp; and which.
-fn lit_scene(station: &Station, file: &Utf8Path) -> Result<(Scene, String), Failure> {
-    let (at, table) = scene::table(file, &scene::Changes::default())?;
-    let named = table.get("model").and_then(|name| name.as_str());
-    let model = named.map(|name| at.parent().unwrap_or(Utf8Path::new("")).join(name));
-    let (mut scene, lamp) = match model {
-        Some(model) if !model.exists() => {
-            let lamp = station.lamp();
-            let known = lamp.and_then(|lamp| Some((lamp.flux_lm?, lamp.peak_cd?)));
-            let (flux_lm, peak_cd) = known.ok_or_else(|| {
-                Failure::bad_input(format!(
-                    "{model} is not there, and the station does not say what lamp it is"
-                ))
-                .help("give flux_lm and peak_cd in [lamp] of the station, or a scene whose model is there")
-            })?;
-            let diameter_mm = lamp.and_then(|lamp| lamp.diameter_mm);
-            let model = lobe(flux_lm, peak_cd, diameter_mm)?;
-            let words = format!(
-                "a lobe of {flux_lm} lm and {peak_cd} cd, as the station has it: {named:?} is not there yet",
-                named = named.unwrap_or_default()
-            );
-            (scene::lit_by(file, &model)?, words)
-        }
-        _ => {
-            let scene = scene::load(file, &scene::Changes::default())?;
-            (scene, "the scene's own luminaire".to_owned())
-        }
-    };
-    scene.sensor.pixels = [PIXELS, PIXELS];
-    // What its effects change is alike on every grid.
-    let luminaire = scene.model.luminaire();
-    let light = luminaire.distribution().clone();
-    scene.model = Model::of(Luminaire::interpolated(
-        light,
-        Interpolation::Smooth,
-        scene.model.emitter(),
-        Spectral::None,
-    ));
-    Ok((scene, lamp))
-}
-
-/// I·cosⁿγ with this flux and peak: Φ = 2π·I/(n + 1).
-fn lobe(flux_lm: f64, peak_cd: f64, diameter_mm: Option<f64>) -> Result<Model, Failure> {
-    let exponent = (TAU * peak_cd / flux_lm - 1.0).max(0.0);
-    let gamma_deg: Vec<f64> = (0..=360).map(|k| 0.5 * f64::from(k)).collect();
-    let at = |gamma: &f64| peak_cd * gamma.to_radians().cos().max(0.0).powf(exponent);
-    let intensity_cd = gamma_deg.iter().map(at).collect();
-    let light = IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd).map_err(Failure::bad_input)?;
-    let emitter = diameter_mm.map_or(Emitter::Point {}, |diameter_mm| Emitter::Disc { diameter_mm });
-    Ok(Model::of(Luminaire::interpolated(
-        light,
-        Interpolation::Smooth,
-        emitter,
-        Spectral::None,
-    )))
 }
 
 /// The light at the directions of a grid, and nothing beyond.
