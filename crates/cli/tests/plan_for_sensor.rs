@@ -25,7 +25,7 @@ fn from_stable_s(folder: &Folder, run: &str) -> f64 {
 #[test]
 fn the_sensor_of_the_day_is_known_in_minutes_as_well_as_by_the_whole_scan() {
     let folder = Folder::in_memory();
-    folder.isolux(&["init"], 0);
+    folder.isolux(&["init", "."], 0);
     let plan = ["plan", "station.toml", "plan.toml", "--for", "scene.toml"];
     let stated = folder.isolux(&[&plan[..], &["--u", "0.005", "--out", "near.toml"]].concat(), 0);
     // Rays from the rim of a disc of 73 mm to the corners of 24.576 mm: atan((36.5 + 17.38)/500) = 6.15°.
@@ -58,7 +58,7 @@ fn the_sensor_of_the_day_is_known_in_minutes_as_well_as_by_the_whole_scan() {
 #[test]
 fn what_no_reading_can_reach_is_said() {
     let folder = Folder::new();
-    folder.isolux(&["init"], 0);
+    folder.isolux(&["init", "."], 0);
     let plan = ["plan", "station.toml", "plan.toml", "--for", "scene.toml", "--u"];
     let stated = folder.isolux(&[&plan[..], &["0.001"]].concat(), 0);
     assert!(
