@@ -37,7 +37,7 @@ fn the_sensor_of_the_day_is_known_in_minutes_as_well_as_by_the_whole_scan() {
     let seconds = from_stable_s(&folder, "run");
     assert!(seconds < 300.0, "{seconds} s");
     folder.isolux(&["reduce", "run"], 0);
-    folder.isolux(&["simulate", "scene.toml", "--pixels", "64x64", "--out", "light"], 0);
+    folder.isolux(&["simulate", "scene.toml", "--pixels", "64,64", "--out", "light"], 0);
     let result = folder.json("light/result.json");
     let (mean, u) = (result["mean"].as_f64().unwrap(), result["u_mean"].as_f64());
     // By the whole scan of the same room 4.29 ± 0.18 W/m² (k = 2), most of it where in the luminous area the light leaves.
@@ -47,7 +47,7 @@ fn the_sensor_of_the_day_is_known_in_minutes_as_well_as_by_the_whole_scan() {
     // A sensor that sees more than was measured has no uncertainty.
     let wider = folder.read("scene.toml").replace("[24.576, 24.576]", "[80.0, 80.0]");
     folder.write("wider.toml", &wider);
-    folder.isolux(&["simulate", "wider.toml", "--pixels", "64x64", "--out", "wide"], 0);
+    folder.isolux(&["simulate", "wider.toml", "--pixels", "64,64", "--out", "wide"], 0);
     let missing = folder.json("wide/result.json")["u_mean_missing"].to_string();
     assert!(
         missing.contains("alone was measured") && missing.contains("reaches the sensor"),

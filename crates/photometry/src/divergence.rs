@@ -34,12 +34,18 @@ impl IntensityDistribution {
         self.divergence(plane, 0.1)
     }
 
-    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane; at least 1, that of a diffuse
-    /// area, also where no plane has a beam angle.
+    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane, or in a grid that ends before both
+    /// below 90° its fall from the axis to there; at least 1, that of a diffuse area.
     pub fn lobe_exponent(&self) -> f64 {
+        let last_deg = self.gamma_deg().last().copied().unwrap_or(180.0);
+        let of_zone = |plane: usize| {
+            let row = self.row(plane);
+            let fall = row.last()? / row.first()?;
+            (last_deg < 90.0).then(|| fall.ln() / last_deg.to_radians().cos().ln())
+        };
+        let of_beam = |beam: Divergence| 0.5_f64.ln() / (0.5 * beam.full_angle_deg()).to_radians().cos().ln();
         (0..self.c_deg().len())
-            .filter_map(|plane| self.beam_angle(plane))
-            .map(|beam| 0.5_f64.ln() / (0.5 * beam.full_angle_deg()).to_radians().cos().ln())
+            .filter_map(|plane| self.beam_angle(plane).map(of_beam).or_else(|| of_zone(plane)))
             .filter(|exponent| exponent.is_finite())
             .fold(1.0, f64::max)
     }
@@ -167,6 +173,18 @@ mod tests {
     fn cosine_power_has_its_closed_form() {
         let exact = 2.0 * 0.5f64.powf(1.0 / 5.3).acos().to_degrees();
         assert!((cosine_power(5.3, 90).beam_angle(0).unwrap().full_angle_deg() - exact).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_zone_around_the_axis_has_the_exponent_of_its_lobe() {
+        for last_deg in [6, 40, 180] {
+            let n = cosine_power(5.3, last_deg).lobe_exponent();
+            assert!((n - 5.3).abs() < 1e-3, "to {last_deg}°: {n}");
+        }
+        // A diffuse area where the zone says nothing: as bright at its edge as on the axis, or without the axis.
+        let even = IntensityDistribution::new(vec![0.0], vec![0.0, 10.0], vec![1.0, 1.0]).unwrap();
+        let away = IntensityDistribution::new(vec![0.0], vec![5.0, 10.0], vec![1.0, 2.0]).unwrap();
+        assert_eq!([even.lobe_exponent(), away.lobe_exponent()], [1.0, 1.0]);
     }
 
     #[test]

@@ -324,7 +324,7 @@ pub struct Rays {
 /// (`expected`), so that the cost does not grow with the rays.
 ///
 /// # Errors
-/// As [`WhatIf::lit`].
+/// As [`WhatIf::illuminated`].
 pub fn convergence(run: &Utf8Path, requested: &Variation) -> Result<Convergence, Failure> {
     let (scene, _) = Base::of(run)?.posed(requested)?;
     let exact = simulate::solve(&scene, Method::Inverse)?.facts;
