@@ -1,8 +1,8 @@
 //! Scans in motion against the light of the lamp, beside scans at rest: photometric files → `init --lamp` → a virtual
 //! room whose meter has a latency, a lag and a clock of its own → scan → reduction → truth, in virtual time.
 //!
-//!     cargo bench -p isolux-app --bench sweeps -- [FILE or FOLDER …] [--seeds 10] [--at-rest 10] [--speed 15] [--proposed] [--cases]
-//!         [--only NAME] [--keep FOLDER]
+//!     cargo bench -p isolux-app --bench sweeps -- [FILE or FOLDER …] [--seeds 10] [--at-rest 10] [--speed 15]
+//!         [--proposed] [--cases] [--only NAME] [--keep FOLDER]
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
 //! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes;
@@ -23,8 +23,9 @@
 //! The calibration of the meter, which all readings share, is taken out of all of them, and the lamp's output is that
 //! in the middle of the scan. `node`, `map`, `flux` and `beam` are medians over the seeds, then the largest.
 
-#![expect(clippy::print_stdout, reason = "a program to run by hand")]
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program to run by hand")]
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -123,11 +124,13 @@ fn main() -> Outcome<()> {
                     }
                     if let Ok(mut found) = found.lock() {
                         found.push((lamp, seed, how, case));
+                        eprint!("\r{} of {} scans", found.len(), jobs.len());
                     }
                 }
             });
         }
     });
+    eprintln!();
     let found = found.into_inner().map_err(|_| "a thread ended early")?;
     print_table(&lamps, found);
     Ok(())
@@ -243,7 +246,7 @@ fn played(wanted: &Wanted, file: &Utf8Path, lamp: usize, seed: u64, how: How) ->
     };
     let beside = |name: &str| std::fs::read_to_string(folder.join(name)).map_err(|error| error.to_string());
     let room = Room::new(Darkroom::complete(room, &beside)?.0);
-    let figures = judged(&reduction, &room, time_s(&run_folder)?);
+    let figures = judged(&reduction, &room, time_s(&run_folder)?)?;
     Ok(Case {
         lamp,
         how,
@@ -258,28 +261,29 @@ fn disturb(file: &Utf8Path, seed: u64) -> Outcome<()> {
     let mut draws = ChaCha8Rng::seed_from_u64(seed);
     let mut room: Table = std::fs::read_to_string(file)?.parse()?;
     room.insert("seed".to_owned(), Value::Integer(i64::try_from(seed)?));
-    let mut set = |table: &[&str], key: &str, value: f64| {
+    let mut set = |table: &[&str], key: &str, value: f64| -> Outcome<()> {
         let mut inner = &mut room;
         for name in table {
             let entry = inner.entry(*name).or_insert_with(|| Table::new().into());
             inner = match entry {
                 Value::Table(table) => table,
-                _ => return,
+                _ => return Err(format!("{file}: {name} is no table").into()),
             };
         }
         inner.insert(key.to_owned(), Value::Float(value));
+        Ok(())
     };
-    set(&["luxmeter"], "latency_s", draws.random_range(0.02..0.12));
-    set(&["luxmeter"], "latency_jitter_s", draws.random_range(0.001..0.005));
-    set(&["luxmeter"], "lag_s", draws.random_range(0.005..0.03));
-    set(&["luxmeter"], "clock_ppm", draws.random_range(-200.0..200.0));
-    set(&["lamp"], "flicker_rel", draws.random_range(0.0..0.05));
-    set(&["axis", "gamma"], "wobble_deg", draws.random_range(0.0..0.03));
+    set(&["luxmeter"], "latency_s", draws.random_range(0.02..0.12))?;
+    set(&["luxmeter"], "latency_jitter_s", draws.random_range(0.001..0.005))?;
+    set(&["luxmeter"], "lag_s", draws.random_range(0.005..0.03))?;
+    set(&["luxmeter"], "clock_ppm", draws.random_range(-200.0..200.0))?;
+    set(&["lamp"], "flicker_rel", draws.random_range(0.0..0.05))?;
+    set(&["axis", "gamma"], "wobble_deg", draws.random_range(0.0..0.03))?;
     let effects = "injected_effects";
-    set(&[effects, "backlash"], "width_deg", draws.random_range(0.0..0.3));
+    set(&[effects, "backlash"], "width_deg", draws.random_range(0.0..0.3))?;
     // Both kinds of scan know these by their corrections alike, or not at all.
-    set(&[effects, "floor_reflection"], "albedo", 0.0);
-    set(&[effects, "distance_offset"], "offset_mm", 0.0);
+    set(&[effects, "floor_reflection"], "albedo", 0.0)?;
+    set(&[effects, "distance_offset"], "offset_mm", 0.0)?;
     std::fs::write(file, room.to_string())?;
     Ok(())
 }
@@ -327,7 +331,7 @@ fn time_s(run: &Utf8Path) -> Outcome<f64> {
 }
 
 /// The reduction against the light of the room's lamp.
-fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Figures {
+fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
     let read = &reduction.grid.distribution;
     let ages: Vec<f64> = reduction.grid.nodes.iter().filter_map(|node| node.lamp_s).collect();
     let middle_s = ages.iter().sum::<f64>() / ages.len().max(1) as f64;
@@ -342,8 +346,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Figures {
         let intensity_cd = c_deg.iter().flat_map(of).collect();
         IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), intensity_cd)
     };
-    let exact = fine(2.5, 0.5);
-    let Ok(exact) = exact else { return Figures::NONE };
+    let exact = fine(2.5, 0.5)?;
     let peak = exact.peak().intensity_cd;
     let slopes = reduction.grid.gamma_slopes_cd_per_deg();
     let (mut node, mut at_deg, mut inside, mut worst_of_u) = (0.0f64, (0.0, 0.0), 0, 0.0f64);
@@ -376,7 +379,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Figures {
         .c_deg()
         .iter()
         .filter_map(|c| Some((beam(written, *c)? - beam(&exact, *c)?).abs()));
-    Figures {
+    Ok(Figures {
         time_s,
         node: 100.0 * node,
         map: 100.0 * map,
@@ -385,21 +388,10 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Figures {
         covered: 100.0 * inside as f64 / read.intensity_cd().len() as f64,
         worst_of_u,
         at_deg,
-    }
+    })
 }
 
 impl Figures {
-    const NONE: Self = Self {
-        time_s: f64::NAN,
-        node: f64::NAN,
-        map: f64::NAN,
-        flux: f64::NAN,
-        beam_deg: f64::NAN,
-        covered: f64::NAN,
-        worst_of_u: f64::NAN,
-        at_deg: (f64::NAN, f64::NAN),
-    };
-
     fn numbers(self) -> [f64; 7] {
         [
             self.time_s,
@@ -442,12 +434,18 @@ type Found = (usize, u64, How, Outcome<Case>);
 
 fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
     let mut cases = Vec::new();
+    let mut left_out: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     for (lamp, seed, how, case) in found {
         match case {
             Ok(case) => cases.push(case),
-            Err(error) if seed == 1 => println!("left out: {} {}: {error}", lamps[lamp], how.word()),
-            Err(_) => {}
+            Err(error) => left_out
+                .entry(format!("{} {}: {error}", lamps[lamp], how.word()))
+                .or_default()
+                .push(seed),
         }
+    }
+    for (why, seeds) in &left_out {
+        println!("left out, seeds {seeds:?}: {why}");
     }
     for how in [How::InMotion, How::AtRest] {
         println!(

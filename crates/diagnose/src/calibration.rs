@@ -150,7 +150,7 @@ pub const REFITTED: (usize, f64, f64) = (6, 14.0, 0.02);
 pub const VISIBLE_SIGMA: f64 = 3.0;
 /// A fit that cannot predict what it has not seen better than this (rms, in σ) says nothing of the effect. By hand.
 pub const PREDICTABLE_SIGMA: f64 = 0.5;
-/// Alternatives that would stay nearer than the noise of their own difference are not told apart: such a block is no
+/// Alternatives that would stay nearer than the noise of their own difference cannot be distinguished: such a block is no
 /// suggestion.
 pub const WORTH_NAMING_SIGMA: f64 = 1.0;
 /// Two names this far apart are told apart by most noises. By hand.

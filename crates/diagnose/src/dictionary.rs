@@ -1,5 +1,4 @@
-//! Every effect of the catalogue on its grid of shapes, and every alternative without a name, as columns over the
-//! readings.
+//! Every effect of the catalogue on its grid of shapes, and every empirical alternative, as columns over the readings.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -61,8 +61,8 @@ const RIM: usize = 24;
 const EDGE: usize = 5;
 
 impl Scene {
-    /// The smallest and the largest γ of the rays from the emitter, as a disc of its extent, to the sensor: of 25 places
-    /// of the sensor, to its edges. Degrees.
+    /// The smallest and the largest γ of the rays from the emitter, as a disc of its extent, to the sensor: to 25
+    /// places of it, its edges among them. Degrees.
     pub fn gamma_range_deg(&self) -> [f64; 2] {
         let radius_mm = self.model.emitter().extent_mm();
         let along = |k: usize, size: f64| (k as f64 / (EDGE - 1) as f64 - 0.5) * size;

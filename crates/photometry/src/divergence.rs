@@ -34,8 +34,8 @@ impl IntensityDistribution {
         self.divergence(plane, 0.1)
     }
 
-    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane, or in a grid that ends before both
-    /// below 90° its fall from the axis to there; at least 1, that of a diffuse area.
+    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane, or where no plane falls so far in a
+    /// grid that ends below 90°, its fall from the axis to there; at least 1, that of a diffuse area.
     pub fn lobe_exponent(&self) -> f64 {
         let last_deg = self.gamma_deg().last().copied().unwrap_or(180.0);
         let of_zone = |plane: usize| {

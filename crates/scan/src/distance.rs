@@ -116,13 +116,18 @@ pub fn distances(station: &Station, plan: &Plan, display: &[DisplayRange]) -> Op
 }
 
 /// The lit block of the lux meter with the most directions.
-fn distribution_block(plan: &Plan) -> Option<&Block> {
+pub fn distribution_block(plan: &Plan) -> Option<&Block> {
     let directions = |block: &Block| block.c_deg.len() * block.gamma_deg.len();
     plan.blocks()
         .iter()
         .filter(|block| block.kind == ReadingKind::Lit && block.instrument == Instrument::Luxmeter)
         .max_by_key(|block| directions(block))
         .filter(|block| directions(block) > 1)
+}
+
+/// Exponent n of the lobe cosⁿ with this flux and peak: Φ = 2π·I/(n + 1); at least 0.
+pub fn lobe_exponent(flux_lm: f64, peak_cd: f64) -> f64 {
+    (TAU * peak_cd / flux_lm - 1.0).max(0.0)
 }
 
 /// The distances that the bench reaches: the rail's limits; without a driven rail, up to the station's own or the
@@ -180,9 +185,9 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Exponent n of the lobe cosⁿ with this flux and peak: Φ = 2π·I/(n + 1).
+    /// Exponent of the lobe of the lamp's estimates.
     fn lobe_exponent(&self) -> Option<f64> {
-        Some((TAU * self.peak_cd? / self.flux_lm? - 1.0).max(0.0))
+        Some(lobe_exponent(self.flux_lm?, self.peak_cd?))
     }
 
     /// The least distance of far-field photometry, EN 13032-4, by the beam angle of that lobe: 5 D from 90°, 10 D from

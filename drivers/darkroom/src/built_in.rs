@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_effect_is_switched_off_by_its_null_and_all_others_by_only() {
+    fn an_effect_is_switched_off_by_its_null_and_all_others_by_only() {
         let off = Darkroom::parse("[injected_effects]\nlamp_warmup = { amplitude_rel = 0.0 }\n").unwrap();
         assert_eq!(off.injected_effects.lamp_warmup.amplitude_rel, 0.0);
         assert_eq!(off.injected_effects.dark_offset.offset_lx, 0.006);

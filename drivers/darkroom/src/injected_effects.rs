@@ -362,7 +362,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_effect_is_set_by_the_names_of_the_catalogue() {
+    fn an_effect_is_set_by_the_names_of_the_catalogue() {
         let mut injected_effects = InjectedEffects::default();
         assert!(injected_effects.set("gamma_zero", "offset_deg", 0.2));
         assert_eq!(injected_effects.gamma_zero.offset_deg, 0.2);

@@ -33,7 +33,7 @@ pub struct Fault {
 /// What a strength changes in the room.
 #[derive(Debug, Clone, Copy)]
 enum Change {
-    /// This key of the injected effect of the fault's effect becomes larger by the strength.
+    /// This key of the fault's effect becomes larger by the strength.
     More(&'static str),
     /// That key is the strength.
     Is(&'static str),

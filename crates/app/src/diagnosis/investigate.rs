@@ -30,7 +30,7 @@ pub struct Investigation {
     pub force: Option<String>,
 }
 
-/// Alternatives that a measurement would leave nearer than this, in σ, it does not tell apart.
+/// Alternatives that a measurement would leave nearer than this, in σ, it does not distinguish.
 const WORTH_A_SCAN_SIGMA: f64 = 3.0;
 
 /// Diagnoses, and while the answer is a set: takes the best next measurement that this station can carry out, asks `go`

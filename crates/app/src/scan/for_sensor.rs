@@ -1,19 +1,19 @@
 //! `plan --for`: only the directions from which light reaches the sensor of a scene, as many half-planes, γ and repeats
 //! as its irradiance needs for an uncertainty.
 //!
-//! What a grid loses between its directions is computed on the lamp that is known: the model of the scene, or the lobe of
-//! the station's flux and peak. What readings cannot make smaller (calibration, distance) is stated beside it.
+//! What a grid loses between its directions is computed on the lamp that is known: the model of the scene, or the lobe
+//! of the station's flux and peak. What readings cannot make smaller (calibration, distance) is stated beside it.
 
 mod lamp;
 
 use std::fmt;
 
 use camino::Utf8Path;
-use isolux_model::{Interpolation, Luminaire, Model, Scene, Spectral};
+use isolux_model::{Scene, Spectral};
 use isolux_photometry::IntensityDistribution;
-use isolux_record::plan::{Block, BlockDocument, Instrument, Mode, Order, PlanDocument};
+use isolux_record::plan::{Block, BlockDocument, Mode, Order, PlanDocument};
 use isolux_record::{Plan, ReadingKind, Station};
-use isolux_scan::dry_run;
+use isolux_scan::{distance_mm, distribution_block, dry_run};
 use isolux_sim::simulation::Method;
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ use self::lamp::lit_scene;
 use crate::Failure;
 use crate::instruments::bench::StationFiles;
 use crate::scan::plan;
-use crate::simulation::simulate;
+use crate::simulation::{sensor_so_far, simulate};
 
 /// Half-planes of the grids that are tried: the reduction states no uncertainty over more than 45°.
 const HALF_PLANES: [usize; 4] = [8, 12, 24, 36];
@@ -124,7 +124,8 @@ impl ForSensor {
         }
         if self.u_rel() > self.wanted_rel {
             lines.push(format!(
-                "{:.2} % is out of reach: calibration and distance alone are {:.2} %; this is the plan that comes nearest",
+                "{:.2} % is out of reach: calibration and distance alone are {:.2} %; this is the plan that comes \
+                 nearest",
                 100.0 * self.wanted_rel,
                 100.0 * self.u_mean.fixed()
             ));
@@ -133,6 +134,21 @@ impl ForSensor {
             "the file that comes out holds this zone alone: it is no photometric distribution of the lamp".to_owned(),
         );
         lines
+    }
+
+    /// The larger of both uncertainties.
+    fn u_rel(&self) -> f64 {
+        self.u_mean.u_rel().max(self.u_place.u_rel())
+    }
+
+    /// Sooner where both reach what is wanted, else more certain.
+    fn is_better_than(&self, other: &Self) -> bool {
+        match [self, other].map(|one| one.u_rel() <= self.wanted_rel) {
+            [true, true] => self.from_stable_s[0] < other.from_stable_s[0],
+            [own, others] if own != others => own,
+            // A hundredth of its uncertainty is worth no more time.
+            _ => self.u_rel() < 0.99 * other.u_rel(),
+        }
     }
 }
 
@@ -153,7 +169,7 @@ pub fn propose(
         let run = dry_run(&station, plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
         Ok(run.total_s - run.warm_up_s)
     };
-    let place = distribution_of(&whole).ok_or_else(|| {
+    let block = distribution_block(&whole).ok_or_else(|| {
         Failure::bad_input(format!(
             "{plan_file}: has no lit block of the lux meter with directions"
         ))
@@ -175,10 +191,10 @@ pub fn propose(
     {
         let step_deg = (10.0 * reach_deg / steps as f64).ceil() / 10.0;
         let grid = sampled(light, half_planes, steps, step_deg)?;
-        let readings = Readings::of(&station, &file, &whole.blocks()[place], grid.peak().intensity_cd);
+        let readings = Readings::of(&station, &file, block, grid.peak().intensity_cd);
         let lost = exact.compared(&on_sensor(&scene, grid)?);
         for repeats in REPEATS {
-            let own = document(&whole, place, (half_planes, steps, step_deg), repeats);
+            let own = document(&whole, block, (half_planes, steps, step_deg), repeats);
             let text = written(&own, plan_file, scene_file)?;
             let made = Plan::parse(plan_file, &text).map_err(Failure::bad_input)?;
             let one = ForSensor {
@@ -219,7 +235,7 @@ struct Readings {
 impl Readings {
     fn of(station: &Station, file: &Utf8Path, block: &Block, largest_cd: f64) -> Self {
         let meter = station.luxmeter();
-        let read_mm = block.distance_mm.unwrap_or(station.bench().distance_mm);
+        let read_mm = distance_mm(station, block);
         let largest_lx = largest_cd / (read_mm * 1e-3).powi(2);
         let u_distance = station.bench().u_distance_mm.map(|u_mm| 2.0 * u_mm / read_mm);
         let noise = meter.noise_rel.zip(meter.noise_lx);
@@ -249,33 +265,6 @@ impl Readings {
             grid,
         }
     }
-}
-
-impl ForSensor {
-    /// The larger of both uncertainties.
-    fn u_rel(&self) -> f64 {
-        self.u_mean.u_rel().max(self.u_place.u_rel())
-    }
-
-    /// Sooner where both reach what is wanted, else more certain.
-    fn is_better_than(&self, other: &Self) -> bool {
-        match [self, other].map(|one| one.u_rel() <= self.wanted_rel) {
-            [true, true] => self.from_stable_s[0] < other.from_stable_s[0],
-            [own, others] if own != others => own,
-            _ => self.u_rel() < 0.99 * other.u_rel(),
-        }
-    }
-}
-
-/// The lit block of the lux meter with the most directions.
-fn distribution_of(plan: &Plan) -> Option<usize> {
-    let directions = |block: &Block| block.c_deg.len() * block.gamma_deg.len();
-    let of_lamp = |block: &Block| block.kind == ReadingKind::Lit && block.instrument == Instrument::Luxmeter;
-    let blocks = plan.blocks().iter().enumerate();
-    let (place, block) = blocks
-        .filter(|(_, block)| of_lamp(block))
-        .max_by_key(|(_, block)| directions(block))?;
-    (directions(block) > 1).then_some(place)
 }
 
 /// The light at the directions of a grid, and nothing beyond.
@@ -316,12 +305,7 @@ impl Seen {
 fn on_sensor(scene: &Scene, light: IntensityDistribution) -> Result<Seen, Failure> {
     let emitter = scene.model.emitter();
     let mut scene = scene.clone();
-    scene.model = Model::of(Luminaire::interpolated(
-        light,
-        Interpolation::Smooth,
-        emitter,
-        Spectral::None,
-    ));
+    scene.model = sensor_so_far::model(light, emitter, Spectral::None);
     let solved = simulate::solve(&scene, Method::Inverse)?;
     if solved.facts.mean <= 0.0 {
         return Err(Failure::bad_input("no light of the lamp reaches the sensor"));
@@ -332,17 +316,17 @@ fn on_sensor(scene: &Scene, light: IntensityDistribution) -> Result<Seen, Failur
     })
 }
 
-/// The plan with the block at `place` on this grid, and blocked readings no farther out than it.
+/// The plan with the block of its distribution on this grid, and blocked readings no farther out than it.
 fn document(
     whole: &Plan,
-    place: usize,
+    distribution: &Block,
     (half_planes, steps, step_deg): (usize, usize, f64),
     repeats: u32,
 ) -> PlanDocument {
     let mut document = whole.document().clone();
     let (step_c, most) = (360.0 / half_planes as f64, steps as f64 * step_deg);
     for (index, block) in document.block.iter_mut().enumerate() {
-        if index == place {
+        if block.name == distribution.name {
             *block = BlockDocument {
                 c_deg: None,
                 c_range: Some([0.0, 180.0 - step_c, step_c]),
@@ -374,6 +358,7 @@ fn document(
 fn written(document: &PlanDocument, plan: &Utf8Path, scene: &Utf8Path) -> Result<String, Failure> {
     let text = toml::to_string(document).map_err(Failure::bad_input)?;
     Ok(format!(
-        "# {plan} for the sensor of {scene} alone: `isolux plan --for`. What comes out is no photometric distribution.\n{text}"
+        "# {plan} for the sensor of {scene} alone: `isolux plan --for`.\n\
+         # What comes out is no photometric distribution.\n{text}"
     ))
 }

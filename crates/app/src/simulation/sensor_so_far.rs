@@ -64,7 +64,7 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
     let u_ler_rel = spectral.as_ref().map_or(0.0, |spectral| spectral.ler.u_of_parts_rel());
     let spectral = spectral.map_or(Spectral::None, |spectral| Spectral::Spectrum(spectral.spectrum));
     let interpolated = planes.distribution(Planes::interpolated)?;
-    let (scene, named) = the_scene(run, model(interpolated, spectral.clone()))?;
+    let (scene, named) = the_scene(run, model(interpolated, Emitter::Point {}, spectral.clone()))?;
     let solved = simulate::solve(&scene, Method::Inverse)?;
     let facts = &solved.facts;
     let own_rel = planes
@@ -75,7 +75,7 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
     let (mut expanded, mut mean) = (None, format!("{} {unit}", significant(facts.mean, 3)));
     if planes.whole.len() > 1 {
         let mut scene = scene.clone();
-        scene.model = model(planes.distribution(Planes::mean)?, spectral);
+        scene.model = model(planes.distribution(Planes::mean)?, Emitter::Point {}, spectral);
         let other = simulate::solve(&scene, Method::Inverse)?;
         // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a
         // − b|).
@@ -105,11 +105,11 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
 }
 
 /// Between its directions as the day's own model will be.
-fn model(distribution: IntensityDistribution, spectral: Spectral) -> Model {
+pub(crate) fn model(distribution: IntensityDistribution, emitter: Emitter, spectral: Spectral) -> Model {
     Model::of(Luminaire::interpolated(
         distribution,
         Interpolation::Smooth,
-        Emitter::Point {},
+        emitter,
         spectral,
     ))
 }

@@ -1,9 +1,9 @@
 //! How far the light of a sweep is displaced against the positions, by a pair of sweeps in both directions.
 //!
-//! Measurements that begin a time τ after their request (the latency, less the lag of the meter) at the speed v, and play
-//! b between encoder and luminaire, displace a forward sweep by s = v·τ + b/2 and a backward one by −s. At one speed they cannot be separated, and need not be: s is what is
-//! corrected. At two speeds τ = (s₁ − s₂)/(v₁ − v₂) and b = 2·(s₁ − v₁·τ); light
-//! that shows neither leaves the play that benches have.
+//! Measurements that begin a time τ after their request (the latency, less the lag of the meter) at the speed v, and
+//! play b between encoder and luminaire, displace a forward sweep by s = v·τ + b/2 and a backward one by −s. At one
+//! speed they cannot be separated, and need not be: s is what is corrected. At two speeds τ = (s₁ − s₂)/(v₁ − v₂) and
+//! b = 2·(s₁ − v₁·τ); light that shows neither leaves the play that benches have.
 
 use super::curve::Curve;
 

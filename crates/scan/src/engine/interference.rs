@@ -142,10 +142,10 @@ async fn one_hand_at_any_moment_leaves_no_wrong_row() {
         let what = format!("round {round}, {hand:?} after {moment:.3} s");
         let (mut devices, room) = bench();
         let (_keep, path, mut run) = run_dir(&devices, &plan);
-        let hands = room.clone();
+        let beside = room.clone();
         let task = tokio::spawn(async move {
             sleep(Duration::from_secs_f64(moment)).await;
-            act(hand, &hands).await;
+            act(hand, &beside).await;
         });
         let outcome = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await;
         task.abort();
@@ -182,13 +182,13 @@ async fn a_hand_that_never_rests_ends_the_scan_and_says_what_it_did() {
     ] {
         let (mut devices, room) = bench();
         let (_keep, path, mut run) = run_dir(&devices, &plan);
-        let hands = room.clone();
+        let beside = room.clone();
         // After the warm-up, each time that the engine has put it right for a while.
         let task = tokio::spawn(async move {
             sleep(Duration::from_secs(1840)).await;
             loop {
                 let again = {
-                    let room = hands.lock().unwrap();
+                    let room = beside.lock().unwrap();
                     let rests = room.axes.iter().all(|axis| !axis.moving(Instant::now()));
                     match hand {
                         Hand::Shutter => room.shutter_open,
@@ -198,7 +198,7 @@ async fn a_hand_that_never_rests_ends_the_scan_and_says_what_it_did() {
                     }
                 };
                 if again {
-                    act(hand, &hands).await;
+                    act(hand, &beside).await;
                 }
                 sleep(Duration::from_millis(700)).await;
             }
@@ -251,10 +251,10 @@ async fn a_lamp_switched_off_is_warmed_up_again_and_has_a_reference_visit_of_its
     let plan = plan(DAY);
     let (mut devices, room) = bench();
     let (_keep, path, mut run) = run_dir(&devices, &plan);
-    let hands = room.clone();
+    let beside = room.clone();
     tokio::spawn(async move {
         sleep(Duration::from_secs(1845)).await;
-        act(Hand::Lamp, &hands).await;
+        act(Hand::Lamp, &beside).await;
     });
     let summary = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await.unwrap();
     assert!(summary.duration_s > 3600.0 && summary.visits_again == 1, "{summary:?}");
@@ -273,11 +273,11 @@ async fn a_reference_point_that_does_not_come_back_ends_the_scan_with_its_values
     let plan = plan(DAY);
     let (mut devices, room) = bench();
     let (_keep, path, mut run) = run_dir(&devices, &plan);
-    let hands = room.clone();
+    let beside = room.clone();
     tokio::spawn(async move {
         // Among the first six points: the next visit shows it.
         sleep(Duration::from_secs(1830)).await;
-        hands.lock().unwrap().dimmed = 0.03;
+        beside.lock().unwrap().dimmed = 0.03;
     });
     let error = scan(&mut devices, &plan, &mut run, &Cancel::new(), None)
         .await
@@ -331,10 +331,10 @@ async fn a_drift_within_the_plans_limit_is_no_reason_to_stop() {
     let wide = plan(&format!("[limits]\nreference_rel = 0.05\ndrift_rel = 0.05\n{DAY}"));
     let (mut devices, room) = bench();
     let (_keep, _path, mut run) = run_dir(&devices, &wide);
-    let hands = room.clone();
+    let beside = room.clone();
     tokio::spawn(async move {
         sleep(Duration::from_secs(1850)).await;
-        hands.lock().unwrap().dimmed = 0.03;
+        beside.lock().unwrap().dimmed = 0.03;
     });
     scan(&mut devices, &wide, &mut run, &Cancel::new(), None).await.unwrap();
 }
@@ -346,14 +346,14 @@ async fn repeats_that_do_not_agree_are_measured_again_and_then_refused() {
     for (seconds, expected) in [(1.0, true), (1e6, false)] {
         let (mut devices, room) = bench();
         let (_keep, path, mut run) = run_dir(&devices, &repeats);
-        let hands = room.clone();
+        let beside = room.clone();
         tokio::spawn(async move {
             sleep(Duration::from_secs(1836)).await;
             let until = Instant::now() + Duration::from_secs_f64(seconds);
             while Instant::now() < until {
-                hands.lock().unwrap().dimmed = -0.05;
+                beside.lock().unwrap().dimmed = -0.05;
                 sleep(Duration::from_millis(600)).await;
-                hands.lock().unwrap().dimmed = 0.0;
+                beside.lock().unwrap().dimmed = 0.0;
                 sleep(Duration::from_millis(2100)).await;
             }
         });

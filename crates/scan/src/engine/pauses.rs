@@ -28,20 +28,20 @@ async fn paused(from: f64, to: f64, hand: impl Fn(&mut Room, usize) + Send + 'st
     let plan = plan(DAY);
     let (_keep, path, mut run) = run_dir(&devices, &plan);
     let pause = Pause::new();
-    let (requested, hands) = (pause.clone(), room.clone());
+    let (requested, beside) = (pause.clone(), room.clone());
     let begun = Instant::now();
     tokio::spawn(async move {
         sleep(Duration::from_secs_f64(from)).await;
         assert!(requested.ask("a test") && !requested.ask("another"), "the first stands");
         // The visit that was begun is finished.
         sleep(Duration::from_secs(25)).await;
-        hand(&mut hands.lock().unwrap(), 0);
+        hand(&mut beside.lock().unwrap(), 0);
         sleep(Duration::from_secs_f64((to - from) / 2.0 - 25.0)).await;
-        hand(&mut hands.lock().unwrap(), 1);
+        hand(&mut beside.lock().unwrap(), 1);
         sleep(Duration::from_secs_f64((to - from) / 2.0)).await;
         assert!(requested.end("a test"));
         sleep(Duration::from_mins(5)).await;
-        hand(&mut hands.lock().unwrap(), 2);
+        hand(&mut beside.lock().unwrap(), 2);
     });
     let outcome = scan_with(&mut devices, &plan, &mut run, (&Cancel::new(), &pause), None).await;
     drop(run);

@@ -30,7 +30,8 @@ impl MeanUncertainty {
             // A file has its angles to 0.01°.
             if low < first - 0.01 || high > last + 0.01 {
                 missing.push(format!(
-                    "γ {first}° to {last}° alone was measured, and light from γ {low:.1}° to {high:.1}° reaches the sensor"
+                    "γ {first}° to {last}° alone was measured, and light from γ {low:.1}° to {high:.1}° reaches the \
+                     sensor"
                 ));
             }
         }

@@ -1,14 +1,13 @@
 //! What the lamp is taken to be before it is read for a sensor.
 
-use std::f64::consts::TAU;
-
 use camino::Utf8Path;
-use isolux_model::{Emitter, Interpolation, Luminaire, Model, Scene, Spectral};
+use isolux_model::{Emitter, Model, Scene, Spectral};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::Station;
+use isolux_scan::lobe_exponent;
 
 use crate::Failure;
-use crate::simulation::scene;
+use crate::simulation::{scene, sensor_so_far};
 
 /// Pixels along each edge on which grids are compared.
 const PIXELS: usize = 16;
@@ -45,27 +44,17 @@ pub fn lit_scene(station: &Station, file: &Utf8Path) -> Result<(Scene, String), 
     // What its effects change is alike on every grid.
     let luminaire = scene.model.luminaire();
     let light = luminaire.distribution().clone();
-    scene.model = Model::of(Luminaire::interpolated(
-        light,
-        Interpolation::Smooth,
-        scene.model.emitter(),
-        Spectral::None,
-    ));
+    scene.model = sensor_so_far::model(light, scene.model.emitter(), Spectral::None);
     Ok((scene, lamp))
 }
 
-/// I·cosⁿγ with this flux and peak: Φ = 2π·I/(n + 1).
+/// I·cosⁿγ with this flux and peak.
 fn lobe(flux_lm: f64, peak_cd: f64, diameter_mm: Option<f64>) -> Result<Model, Failure> {
-    let exponent = (TAU * peak_cd / flux_lm - 1.0).max(0.0);
+    let exponent = lobe_exponent(flux_lm, peak_cd);
     let gamma_deg: Vec<f64> = (0..=360).map(|k| 0.5 * f64::from(k)).collect();
     let at = |gamma: &f64| peak_cd * gamma.to_radians().cos().max(0.0).powf(exponent);
     let intensity_cd = gamma_deg.iter().map(at).collect();
     let light = IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd).map_err(Failure::bad_input)?;
     let emitter = diameter_mm.map_or(Emitter::Point {}, |diameter_mm| Emitter::Disc { diameter_mm });
-    Ok(Model::of(Luminaire::interpolated(
-        light,
-        Interpolation::Smooth,
-        emitter,
-        Spectral::None,
-    )))
+    Ok(sensor_so_far::model(light, emitter, Spectral::None))
 }
