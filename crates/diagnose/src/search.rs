@@ -6,6 +6,7 @@ mod comparison;
 mod compete;
 mod empirical;
 mod estimate;
+mod fits;
 mod grow;
 mod outcome;
 mod problem;

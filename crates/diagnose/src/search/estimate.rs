@@ -14,6 +14,7 @@ use crate::shrinkage::Held;
 use crate::whitener::Whitener;
 use crate::whitening::{Correlation, Noise, heavy_tail_weights};
 
+use super::fits::Fits;
 use super::problem::Problem;
 
 /// A fit of a model that is read out, from given effects on.
@@ -37,6 +38,7 @@ pub(super) struct Estimate<'p, 'a, F: Forward + ?Sized> {
     kept: Option<DMatrix<f64>>,
     /// Statistics of simulated scans of noise alone, rising.
     pub(super) nulls: Arc<[f64]>,
+    fits: Fits,
 }
 
 /// The model without effects, and the noise that it leaves.
@@ -50,7 +52,11 @@ pub(super) fn baseline<'p, 'a, F: Forward + ?Sized>(problem: &'p Problem<'a, F>)
     let first = Estimate::of(problem, problem.plain.nuisance.clone(), Arc::default(), &problem.plain);
     let fit = first.fit(&[])?;
     let start = fit.nuisance.clone();
-    let estimate = Estimate { start, ..first };
+    let estimate = Estimate {
+        start,
+        fits: Fits::default(),
+        ..first
+    };
     Some(Baseline { estimate, fit })
 }
 
@@ -146,6 +152,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
             freedom,
             kept,
             nulls,
+            fits: Fits::default(),
         }
     }
 
@@ -160,16 +167,19 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
     }
 
     pub(super) fn fit(&self, members: &[Hypothesis]) -> Option<Fit> {
-        self.fit_with(members, &|forward, members| {
-            fit(
-                forward,
-                &self.problem.measured,
-                &self.whitener(),
-                &self.start,
-                &self.problem.tangents,
-                members,
-            )
-        })
+        let make = || {
+            self.fit_with(members, &|forward, members| {
+                fit(
+                    forward,
+                    &self.problem.measured,
+                    &self.whitener(),
+                    &self.start,
+                    &self.problem.tangents,
+                    members,
+                )
+            })
+        };
+        self.fits.get_or(members, make)
     }
 
     /// A fit by `law`, repeated where an effect reads out the light until what the model knows of itself stays where it
