@@ -5,53 +5,21 @@
 //! stated of an effect (`[effect.u]`) counts too. Where a measured luminaire does not state its level or its γ, they
 //! are taken as wide as a careless measurement leaves them, and [`KnownError::assumed`] says so.
 
+mod emitter;
 mod lamp;
 
-use isolux_photometry::{IntensityDistribution, direction};
+use isolux_photometry::IntensityDistribution;
 
-use crate::emitter::Emitter;
 use crate::luminaire::Luminaire;
 use crate::model::Model;
-use crate::prepared::PreparedModel;
 use crate::refined::Refined;
+
+pub use emitter::luminous_area_rel;
 
 /// Relative standard uncertainty of the level where a measured luminaire does not state it.
 const LEVEL_REL: f64 = 0.1;
 /// The same of γ, in degrees.
 const GAMMA_DEG: f64 = 0.5;
-/// Rings of equal width into which a luminous area of stated diameter is divided. Their shares of the light are drawn
-/// by a Dirichlet law whose mean is an even area and whose concentration is this: a thin ring and a point in the middle
-/// lie two standard uncertainties away from it ([`luminous_area_rel`]).
-const RINGS: usize = 4;
-const CONCENTRATION: f64 = 0.5;
-/// LEDs that stand for a ring.
-const LEDS: usize = 12;
-/// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by up to some eight
-/// degrees, and the far field does not show by how much.
-const AIM_DEG: f64 = 4.0;
-/// Standard uncertainty of the square of the aim, in squares of [`AIM_DEG`]: √3 for a normal law.
-const AIM_BEND: f64 = 1.732_050_807_568_877_2;
-/// The same of the aim along a diameter against that across it: twenty-four LEDs whose aims differ by 1.5°.
-const AIM_UNEVEN_DEG: f64 = 0.5;
-/// Steps of C and γ at which two emitters' far fields are compared: what they differ by is as smooth as their lobes.
-const STEP_DEG: [f64; 2] = [15.0, 2.5];
-/// Largest factor between two emitters' far fields.
-const MOST_CORRECTED: f64 = 1.5;
-/// Relative amplitude of the light around the luminous area, in each of the first orders: twenty-four LEDs whose flux
-/// differs by 5 %.
-const AROUND_REL: f64 = 0.0145;
-const AROUND_ORDERS: [f64; 2] = [1.0, 2.0];
-
-/// Relative standard uncertainty of the light on the axis at `distance_mm` from a luminous area of which the diameter
-/// alone is known, for a lobe of exponent n. The axis sees −½(n + 3)·r²/d², r² being the mean square radius; by the law
-/// of the shares it is R²/2 with a standard deviation of R²/√(12·(1 + concentration)). Parts at r that lean inwards by ψ
-/// add n·ψ·r/d.
-pub fn luminous_area_rel(diameter_mm: f64, lobe_exponent: f64, distance_mm: f64) -> f64 {
-    let reach = 0.5 * diameter_mm / distance_mm;
-    let shares = 0.5 * (lobe_exponent + 3.0) * reach * reach / (12.0 * (1.0 + CONCENTRATION)).sqrt();
-    let aim = lobe_exponent * AIM_DEG.to_radians() * reach / 2_f64.sqrt();
-    shares.hypot(aim)
-}
 
 /// One thing that the model knows with a standard uncertainty, and what it changes.
 #[derive(Debug, Clone)]
@@ -160,221 +128,6 @@ impl Model {
         let luminaire = self.luminaire();
         let (emitter, spectral) = (luminaire.emitter().clone(), luminaire.spectral().clone());
         Some(self.with_luminaire(Luminaire::new(moved, emitter, spectral)))
-    }
-
-    /// The same light at the distance at which it was measured, from another emitter.
-    fn with_emitter(&self, emitter: Emitter, measured: Option<&Measured>) -> Self {
-        let far = self.with_luminaire(self.luminaire().with_emitter(emitter.clone(), None));
-        match measured.and_then(|measured| measured.factor(&far)) {
-            Some(factor) => self.with_luminaire(self.luminaire().with_emitter(emitter, Some(factor))),
-            None => far,
-        }
-    }
-
-    /// Where in a luminous area of this diameter the light leaves, how its parts are aimed and how evenly they are lit:
-    /// what a measurement from far away does not see. Nothing where the model has single LEDs, a ring or a rectangle:
-    /// then somebody said where they are.
-    fn emitter_errors(&self, diameter_mm: f64) -> Vec<KnownError> {
-        if self.effective_emitter().is_some()
-            || !matches!(self.luminaire().emitter(), Emitter::Point {} | Emitter::Disc { .. })
-        {
-            return Vec::new();
-        }
-        let measured = Measured::of(self);
-        let measured = measured.as_ref();
-        let mut known = Vec::new();
-        for ring in 0..RINGS {
-            let edge_mm = |k: usize| diameter_mm * k as f64 / RINGS as f64;
-            let share = (edge_mm(ring + 1).powi(2) - edge_mm(ring).powi(2)) / diameter_mm.powi(2);
-            let emitter = if ring == 0 {
-                Emitter::Disc {
-                    diameter_mm: edge_mm(1),
-                }
-            } else {
-                Emitter::Ring {
-                    inner_diameter_mm: edge_mm(ring),
-                    outer_diameter_mm: edge_mm(ring + 1),
-                }
-            };
-            let per_u = (share / (1.0 + CONCENTRATION)).sqrt();
-            let u_share = (share * (1.0 - share) / (1.0 + CONCENTRATION)).sqrt();
-            known.push(assumed(
-                &format!(
-                    "the share of the light from {:.0} to {:.0} mm of radius",
-                    0.5 * edge_mm(ring),
-                    0.5 * edge_mm(ring + 1)
-                ),
-                u_share,
-                "",
-                vec![(per_u, self.with_emitter(emitter, measured)), (-per_u, self.clone())],
-            ));
-        }
-        known.extend(self.aim_errors(diameter_mm, measured));
-        // The ring with the mean square radius of the whole area.
-        let radius_mm = diameter_mm / 8_f64.sqrt();
-        for order in AROUND_ORDERS {
-            for wave in [f64::cos, f64::sin] {
-                let uneven = |amplitude: f64| {
-                    let weight = |azimuth: f64| 1.0 + amplitude * wave(order * azimuth);
-                    self.with_emitter(uneven_circle(radius_mm, weight), measured)
-                };
-                let change = vec![(1.0, uneven(AROUND_REL)), (-1.0, uneven(0.0))];
-                known.push(assumed("how even the luminous area is", AROUND_REL, "", change));
-            }
-        }
-        known
-    }
-
-    /// The inward aim of the parts of a luminous area: on two circles that stand for an even area together, on one of
-    /// them more than on the other, its square, and otherwise along one diameter than across.
-    fn aim_errors(&self, diameter_mm: f64, measured: Option<&Measured>) -> Vec<KnownError> {
-        // Gauss–Legendre of order 2 in the square of the radius.
-        let circle_mm = |sign: f64| 0.5 * diameter_mm * (0.5 * (1.0 + sign / 3_f64.sqrt())).sqrt();
-        let (inner_mm, outer_mm) = (circle_mm(-1.0), circle_mm(1.0));
-        let circle = |radius_mm: f64, aim_deg: f64| {
-            let emitter = Emitter::Leds {
-                position_mm: Vec::new(),
-                weight: Vec::new(),
-                radius_mm: vec![radius_mm],
-                count: vec![LEDS],
-                aim_deg,
-            };
-            self.with_emitter(emitter, measured)
-        };
-        let lean = |factor: f64, radius_mm: f64| {
-            let half = 0.5 * factor;
-            [(half, circle(radius_mm, AIM_DEG)), (-half, circle(radius_mm, -AIM_DEG))]
-        };
-        let both = |inner: f64, outer: f64| [lean(inner, inner_mm), lean(outer, outer_mm)].concat();
-        let bend = vec![
-            (0.5 * AIM_BEND, circle(outer_mm, AIM_DEG)),
-            (0.5 * AIM_BEND, circle(outer_mm, -AIM_DEG)),
-            (-AIM_BEND, circle(outer_mm, 0.0)),
-        ];
-        let mut errors = vec![
-            assumed("the inward aim of the parts", AIM_DEG, "°", both(0.5, 0.5)),
-            assumed("where the parts lean inwards", AIM_DEG, "°", both(-1.0, 1.0)),
-            assumed("the square of the inward aim", AIM_DEG, "°", bend),
-        ];
-        for from_deg in [0.0, 45.0] {
-            let pair = |at_deg: f64, aim_deg: f64| {
-                let place = |turn: f64| {
-                    let (sin, cos) = (at_deg + turn).to_radians().sin_cos();
-                    vec![outer_mm * cos, outer_mm * sin]
-                };
-                let emitter = Emitter::Leds {
-                    position_mm: vec![place(0.0), place(180.0)],
-                    weight: Vec::new(),
-                    radius_mm: Vec::new(),
-                    count: Vec::new(),
-                    aim_deg,
-                };
-                self.with_emitter(emitter, measured)
-            };
-            let across = from_deg + 90.0;
-            let change = vec![
-                (0.25, pair(from_deg, AIM_UNEVEN_DEG)),
-                (-0.25, pair(from_deg, -AIM_UNEVEN_DEG)),
-                (-0.25, pair(across, AIM_UNEVEN_DEG)),
-                (0.25, pair(across, -AIM_UNEVEN_DEG)),
-            ];
-            errors.push(assumed("how evenly the parts lean", AIM_UNEVEN_DEG, "°", change));
-        }
-        errors
-    }
-}
-
-/// An error that the file does not state.
-fn assumed(what: &str, u: f64, unit: &'static str, change: Vec<(f64, Model)>) -> KnownError {
-    KnownError {
-        what: what.to_owned(),
-        u,
-        unit,
-        assumed: true,
-        change,
-    }
-}
-
-/// What the emitter of a model shows where its intensities were measured: another emitter that is to agree with that
-/// measurement has another far field.
-struct Measured {
-    distance_mm: f64,
-    c_deg: Vec<f64>,
-    gamma_deg: Vec<f64>,
-    illuminance_lx: Vec<f64>,
-}
-
-impl Measured {
-    /// None where the file does not say at which distance it was measured.
-    fn of(model: &Model) -> Option<Self> {
-        let distribution = model.luminaire().distribution();
-        let gamma_deg = distribution.gamma_deg();
-        let (first, last) = (gamma_deg[0], gamma_deg[gamma_deg.len() - 1]);
-        let steps = ((last - first) / STEP_DEG[1]).ceil().max(1.0);
-        let planes = distribution.c_deg().len().min((360.0 / STEP_DEG[0]) as usize);
-        let mut measured = Self {
-            distance_mm: model.uncertainty()?.measured_at_mm.filter(|mm| *mm > 0.0)?,
-            c_deg: (0..planes).map(|k| 360.0 * k as f64 / planes as f64).collect(),
-            gamma_deg: (0..=steps as usize)
-                .map(|k| first + (last - first) * k as f64 / steps)
-                .collect(),
-            illuminance_lx: Vec::new(),
-        };
-        measured.illuminance_lx = measured.shown_lx(model);
-        Some(measured)
-    }
-
-    /// The light of the luminaire alone in every direction, `[ic * ng + ig]`.
-    fn shown_lx(&self, model: &Model) -> Vec<f64> {
-        let bare = model.with_effects(Vec::new()).with_refined(Refined::default());
-        let prepared = PreparedModel::new(&bare);
-        let directions = self
-            .c_deg
-            .iter()
-            .flat_map(|c| self.gamma_deg.iter().map(move |gamma| (c, gamma)));
-        let lux = |(c_deg, gamma_deg): (&f64, &f64)| {
-            let out = direction(*c_deg, *gamma_deg);
-            prepared.illuminance_lx(self.distance_mm * out, out)
-        };
-        directions.map(lux).collect()
-    }
-
-    /// By what the far field of `other` is to be multiplied in each direction to agree; none where there is nothing to
-    /// be done.
-    fn factor(&self, other: &Model) -> Option<IntensityDistribution> {
-        // Where there is next to no light the one is many times the other, and it does not matter.
-        let factor = |(own, other): (&f64, f64)| {
-            let factor = own / other;
-            if (1.0 / MOST_CORRECTED..=MOST_CORRECTED).contains(&factor) {
-                factor
-            } else {
-                1.0
-            }
-        };
-        let factors = self
-            .illuminance_lx
-            .iter()
-            .zip(self.shown_lx(other))
-            .map(factor)
-            .collect();
-        IntensityDistribution::new(self.c_deg.clone(), self.gamma_deg.clone(), factors).ok()
-    }
-}
-
-/// LEDs evenly on a circle, weighted by their azimuth in rad.
-fn uneven_circle(radius_mm: f64, weight: impl Fn(f64) -> f64) -> Emitter {
-    let azimuths: Vec<f64> = (0..LEDS)
-        .map(|led| std::f64::consts::TAU * led as f64 / LEDS as f64)
-        .collect();
-    Emitter::Leds {
-        position_mm: azimuths
-            .iter()
-            .map(|at| vec![radius_mm * at.cos(), radius_mm * at.sin()])
-            .collect(),
-        weight: azimuths.iter().map(|at| weight(*at)).collect(),
-        radius_mm: Vec::new(),
-        count: Vec::new(),
-        aim_deg: 0.0,
     }
 }
 

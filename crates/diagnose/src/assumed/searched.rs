@@ -9,6 +9,8 @@ use crate::forward::{Searchable, Spread};
 
 /// Frequencies times readings: 10⁵ readings are searched at 300 frequencies, so that their patterns fit in memory.
 const MOST_VALUES: f64 = 3e7;
+/// Sizes over the plausible range of an emitter that takes the place of a disc.
+const REPLACED_SIZES: usize = 4;
 
 /// What the model has of an effect already: its place in the list and its values there, and whether they are more than
 /// nothing.
@@ -122,9 +124,28 @@ impl AssumedModel {
             .collect();
         let mut tried = product(&shapes);
         let (mut step_share, mut least) = (Vec::new(), 0.0);
+        // What takes the place of a disc changes nothing at the disc's size and not where it has none: every size has a
+        // pattern of its own.
+        let extent_mm = self.model.luminaire().emitter().extent_mm();
+        let replaced = spec.replaces_emitter() && !changed && extent_mm > first.plausible.0;
+        if replaced {
+            let (low, high) = first.plausible;
+            let sizes: Vec<f64> = (0..REPLACED_SIZES)
+                .map(|k| of(low + (high - low) * k as f64 / (REPLACED_SIZES - 1) as f64))
+                .collect();
+            least = sizes[0];
+            step_share = tried
+                .iter()
+                .flat_map(|_| sizes.iter().map(|size| size / step[0]))
+                .collect();
+            tried = tried
+                .into_iter()
+                .flat_map(|shape| vec![shape; REPLACED_SIZES])
+                .collect();
+        }
         // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small sizes
         // have a pattern of their own.
-        let leaning: Vec<Vec<f64>> = if power != 1.0 && !changed {
+        let leaning: Vec<Vec<f64>> = if power != 1.0 && !changed && !replaced {
             let leans = |shape: &&Vec<f64>| shape.iter().any(|value| *value != 0.0);
             tried.iter().filter(leans).cloned().collect()
         } else {
