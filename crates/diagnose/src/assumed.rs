@@ -15,7 +15,7 @@ use crate::known::Known;
 use crate::reference::Errors;
 
 pub use rows::{Part, direction_errors, known, row_ranges};
-use rows::{distinct_gammas, reach};
+use rows::{distinct_gammas, level_is_known, reach};
 
 /// A model with everything that may be refitted or added.
 #[derive(Debug)]
@@ -111,7 +111,8 @@ impl AssumedModel {
         if smooth && has(Stage::Maps) && !has(Stage::Readings) {
             nuisance.extend([Nuisance::Tan2, Nuisance::Tan4]);
         }
-        if has(Stage::Spectra) && !nuisance.contains(&Nuisance::LnShape(0)) {
+        let free_gain = |part: &Part| matches!(part, Part::Spectra(spectra, _) if !level_is_known(spectra));
+        if parts.iter().any(free_gain) && !nuisance.contains(&Nuisance::LnShape(0)) {
             refined.ln_shape.resize(refined.ln_shape.len().max(1), 0.0);
             nuisance.push(Nuisance::SpectralGain);
         }

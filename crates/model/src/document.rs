@@ -136,6 +136,62 @@ pub struct Uncertainty {
     /// lacks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_diameter_mm: Option<f64>,
+    /// Of the spectrum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<SpectrumUncertainty>,
+}
+
+/// What the model knows of its spectrum: `[luminaire.u.spectrum]`, standard uncertainties (k = 1).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpectrumUncertainty {
+    /// Rising wavelengths, between which the noise is linear.
+    pub wavelength_nm: Vec<f64>,
+    /// Noise of the value at each single wavelength of the spectrum's file, in its unit; one for each of
+    /// `wavelength_nm`.
+    pub noise: Vec<f64>,
+    /// Relative, of the ratios of 700 nm to 400 nm and of 550 nm to both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape_rel: Option<f64>,
+    /// Of the wavelength scale, in nm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_nm: Option<f64>,
+    /// The spectroradiometer and its calibration: spectra that the same one read have its errors too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
+}
+
+impl SpectrumUncertainty {
+    /// Noise at a wavelength, in the unit of the spectrum's file; that of the nearest end outside.
+    pub fn noise_at(&self, wavelength_nm: f64) -> f64 {
+        let next = self.wavelength_nm.partition_point(|at| *at <= wavelength_nm);
+        match (next.checked_sub(1), self.noise.get(next)) {
+            (Some(before), Some(after)) => {
+                let (low, high) = (self.wavelength_nm[before], self.wavelength_nm[next]);
+                let share = (wavelength_nm - low) / (high - low);
+                self.noise[before] + share * (after - self.noise[before])
+            }
+            (Some(before), None) => self.noise[before],
+            (None, first) => first.copied().unwrap_or(0.0),
+        }
+    }
+
+    /// What is wrong with its lists, if anything is.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let (nm, noise) = (&self.wavelength_nm, &self.noise);
+        if nm.is_empty() || nm.len() != noise.len() {
+            return Some(format!(
+                "{} wavelengths and {} values of noise: give one for each, one at least",
+                nm.len(),
+                noise.len()
+            ));
+        }
+        if !nm.iter().all(|nm| nm.is_finite()) || nm.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Some("its wavelengths must rise".to_owned());
+        }
+        let possible = noise.iter().all(|value| value.is_finite() && *value >= 0.0);
+        (!possible).then(|| "its noise must be finite and not below zero".to_owned())
+    }
 }
 
 impl Uncertainty {
@@ -171,6 +227,16 @@ impl Uncertainty {
             ),
             ("luminous_diameter_mm", self.luminous_diameter_mm, 1e5),
             ("measured_at_mm", self.measured_at_mm, 1e7),
+            (
+                "spectrum.shape_rel",
+                self.spectrum.as_ref().and_then(|u| u.shape_rel),
+                10.0,
+            ),
+            (
+                "spectrum.scale_nm",
+                self.spectrum.as_ref().and_then(|u| u.scale_nm),
+                1e3,
+            ),
         ]
         .into_iter()
         .filter_map(|(key, value, most)| Some((key, value?, most)))

@@ -7,6 +7,7 @@
 
 mod emitter;
 mod lamp;
+mod spectrum;
 
 use isolux_photometry::IntensityDistribution;
 
@@ -15,6 +16,7 @@ use crate::model::Model;
 use crate::refined::Refined;
 
 pub use emitter::luminous_area_rel;
+pub use spectrum::SpectrumError;
 
 /// Relative standard uncertainty of the level where a measured luminaire does not state it.
 const LEVEL_REL: f64 = 0.1;

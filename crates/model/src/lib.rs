@@ -28,15 +28,16 @@ mod quadrature;
 mod refined;
 mod scene;
 mod sector;
+mod smoothed_spectrum;
 mod spectrum;
 
 pub use bench::{CorrectedReading, NoInverse};
 pub use direction_noise::DirectionError;
-pub use document::{Accuracy, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
+pub use document::{Accuracy, ShapeTrust, SpectrumUncertainty, Trust, Uncertainty, UncertaintyScale};
 pub use effect::{Effect, EffectError};
 pub use effects::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage, catalogue, digits};
 pub use emitter::{Emitter, EmitterError, Node};
-pub use known::{KnownError, luminous_area_rel};
+pub use known::{KnownError, SpectrumError, luminous_area_rel};
 pub use lobe::Lobe;
 pub use luminaire::{Interpolation, Luminaire, Spectral};
 pub use model::{InSimulation, Model};

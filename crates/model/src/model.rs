@@ -7,8 +7,8 @@ use isolux_photometry::DistributionError;
 use isolux_record::document::{DocumentError, Fault, SourceText, read_text};
 
 use crate::document::{
-    LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, ShapeTrust, Trust, Uncertainty, UncertaintyScale,
-    effect_from_table, table_from_effect,
+    LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, ShapeTrust, SpectrumUncertainty, Trust, Uncertainty,
+    UncertaintyScale, effect_from_table, table_from_effect,
 };
 use crate::effect::Effect;
 use crate::effects::{Act, Values};
@@ -17,6 +17,7 @@ use crate::luminaire::{Luminaire, Spectral};
 use crate::optics::Reader;
 use crate::photometric_file::{read_distribution, read_spectrum};
 use crate::refined::Refined;
+use crate::smoothed_spectrum::SmoothedSpectrum;
 
 /// Most luminous flux of a lamp: a thousand stadiums.
 const MOST_FLUX_LM: f64 = 1e10;
@@ -35,6 +36,8 @@ pub struct Model {
     trust: Trust,
     u_scale: UncertaintyScale,
     folder: Utf8PathBuf,
+    /// The spectrum of the file with less noise, where the file says how much it has.
+    smoothed_spectrum: Option<Arc<SmoothedSpectrum>>,
 }
 
 /// Names of the effects that a simulation applies, and of those that it does not, in file order.
@@ -57,6 +60,7 @@ impl Model {
             trust: Trust::default(),
             u_scale: UncertaintyScale::default(),
             folder: Utf8PathBuf::new(),
+            smoothed_spectrum: None,
         }
     }
 
@@ -152,6 +156,10 @@ impl Model {
                 ));
             }
         }
+        let of_spectrum = document.u.as_ref().and_then(|u| u.spectrum.as_ref());
+        if let Some(message) = of_spectrum.and_then(SpectrumUncertainty::fault) {
+            return Err(fault("luminaire.u.spectrum", message));
+        }
         let trust = match (&document.trust, &document.u) {
             (Some(trust), _) => trust.clone(),
             (None, Some(_)) => Trust::default(),
@@ -178,7 +186,12 @@ impl Model {
         }
         let u_cd = |cd: f64| document.u.as_ref().map_or(0.0, |u| u.of_direction_cd(cd));
         let grid = document.interpolation.grid_of(&distribution, &u_cd);
+        let smoothed_spectrum = match (&spectral, document.u.as_ref().and_then(|u| u.spectrum.as_ref())) {
+            (Spectral::Spectrum(spectrum), Some(u)) => SmoothedSpectrum::new(spectrum, u).map(Arc::new),
+            _ => None,
+        };
         let model = Self {
+            smoothed_spectrum,
             luminaire: Arc::new(Luminaire::on_grid(distribution, grid, emitter, spectral)),
             refined,
             effects,
@@ -259,10 +272,16 @@ impl Model {
     /// The same model with another emitter, distribution or spectrum.
     #[must_use]
     pub fn with_luminaire(&self, luminaire: Luminaire) -> Self {
+        let same = luminaire.spectral() == self.luminaire.spectral();
         Self {
             luminaire: Arc::new(luminaire),
+            smoothed_spectrum: self.smoothed_spectrum.clone().filter(|_| same),
             ..self.clone()
         }
+    }
+
+    pub(crate) fn smoothed_spectrum(&self) -> Option<&SmoothedSpectrum> {
+        self.smoothed_spectrum.as_deref()
     }
 
     /// The files that the model names, as written in it and where they are.

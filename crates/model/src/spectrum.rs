@@ -2,6 +2,7 @@
 
 use isolux_record::ReadingKind;
 use isolux_record::observation::{ReadingCoordinates, SpectraSet};
+use isolux_spectrum::Spectrum;
 
 use crate::effects::{Act, Instrument, Values};
 use crate::luminaire::Spectral;
@@ -28,14 +29,47 @@ impl Model {
     /// # Errors
     /// [`NoSpectrum`] when the model cannot know.
     pub fn predict_spectra(&self, spectra: &SpectraSet) -> Result<Vec<f64>, NoSpectrum> {
+        let (spectrum, scale) = self.spectrum_at(spectra)?;
+        let integral = spectrum.integral() * scale;
+        let laws: Vec<_> = self
+            .acts()
+            .filter_map(|(act, values)| match act {
+                Act::Spectrum(law) => Some((*law, values)),
+                _ => None,
+            })
+            .collect();
+        let zero: f64 = self
+            .acts()
+            .map(|(act, values)| match act {
+                Act::SpectrumZero(law) => law(values),
+                _ => 0.0,
+            })
+            .sum();
+        let truth = |wavelength_nm: f64| smoothly_at(spectrum, wavelength_nm) * scale;
+        Ok(spectra
+            .rows()
+            .iter()
+            .map(|row| match row.kind {
+                ReadingKind::Lit => shown(&laws, &truth, row.wavelength_nm, integral) + zero,
+                ReadingKind::Baffled | ReadingKind::LampOff | ReadingKind::Capped => zero,
+            })
+            .collect())
+    }
+
+    /// The model's spectrum, with less noise where it states how much it has, and how many of its units make one of the file's at the place of `spectra`.
+    ///
+    /// # Errors
+    /// [`NoSpectrum`] when the model cannot know.
+    pub(crate) fn spectrum_at(&self, spectra: &SpectraSet) -> Result<(&Spectrum, f64), NoSpectrum> {
         let Spectral::Spectrum(spectrum) = self.luminaire().spectral() else {
             return Err(NoSpectrum::Missing);
         };
+        let spectrum = self.smoothed_spectrum().map_or(spectrum, |smoothed| &smoothed.spectrum);
         let luminous = spectrum.luminous_integral();
         if luminous <= 0.0 {
             return Err(NoSpectrum::Dark);
         }
-        let scale = if spectra.quantity.to_ascii_lowercase().contains("irradiance") {
+        let scale = if spectra.is_irradiance() {
             let unit = per_watt_and_square_metre(&spectra.unit).ok_or(NoSpectrum::Unit)?;
             // The lamp's spectrum at this place is what makes the illuminance there.
             let at = ReadingCoordinates {
@@ -62,31 +96,30 @@ impl Model {
             // Of a relative spectrum only the refitted level is known.
             self.refined().factor(spectra.c_deg, spectra.gamma_deg.abs())
         };
-        let integral = spectrum.integral() * scale;
-        let laws: Vec<_> = self
-            .acts()
-            .filter_map(|(act, values)| match act {
-                Act::Spectrum(law) => Some((*law, values)),
-                _ => None,
-            })
-            .collect();
-        let zero: f64 = self
-            .acts()
-            .map(|(act, values)| match act {
-                Act::SpectrumZero(law) => law(values),
-                _ => 0.0,
-            })
-            .sum();
-        let truth = |wavelength_nm: f64| spectrum.at_nm(wavelength_nm) * scale;
-        Ok(spectra
-            .rows()
-            .iter()
-            .map(|row| match row.kind {
-                ReadingKind::Lit => shown(&laws, &truth, row.wavelength_nm, integral) + zero,
-                ReadingKind::Baffled | ReadingKind::LampOff | ReadingKind::Capped => zero,
-            })
-            .collect())
+        Ok((spectrum, scale))
     }
+}
+
+/// The value at a wavelength, on the cubic through its neighbours with their slopes (Catmull and Rom 1974): between two
+/// values a straight line would blur what an instrument moves. Dark outside.
+fn smoothly_at(spectrum: &Spectrum, wavelength_nm: f64) -> f64 {
+    let (nm, value) = (spectrum.wavelength_nm(), spectrum.value());
+    let above = nm.partition_point(|at| *at < wavelength_nm);
+    let below = match (above.checked_sub(1), nm.get(above)) {
+        (_, Some(at)) if *at == wavelength_nm => return value[above],
+        (Some(below), Some(_)) => below,
+        _ => return 0.0,
+    };
+    let slope = |k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(nm.len() - 1));
+        (value[after] - value[before]) / (nm[after] - nm[before])
+    };
+    let step = nm[above] - nm[below];
+    let t = (wavelength_nm - nm[below]) / step;
+    let (rest, both) = (1.0 - t, t * (1.0 - t));
+    value[below] * rest * rest * (1.0 + 2.0 * t)
+        + value[above] * t * t * (3.0 - 2.0 * t)
+        + step * both * (rest * slope(below) - t * slope(above))
 }
 
 /// How many of a unit of spectral irradiance make 1 W/(m²·nm).
@@ -130,7 +163,9 @@ fn shown(laws: &[Law<'_>], truth: &dyn Fn(f64) -> f64, wavelength_nm: f64, integ
 
 #[cfg(test)]
 mod tests {
-    use super::per_watt_and_square_metre;
+    use isolux_spectrum::Spectrum;
+
+    use super::{per_watt_and_square_metre, smoothly_at};
 
     #[test]
     fn units_of_irradiance() {
@@ -145,5 +180,17 @@ mod tests {
         ] {
             assert_eq!(per_watt_and_square_metre(unit), expected, "{unit}");
         }
+    }
+
+    #[test]
+    fn a_parabola_is_kept_between_its_values() {
+        let parabola = |nm: f64| 2.0 + 0.1 * nm - 3e-4 * nm * nm;
+        let nm: Vec<f64> = (0..20).map(|k| 400.0 + 2.0 * f64::from(k)).collect();
+        let value = nm.iter().map(|nm| parabola(*nm)).collect();
+        let spectrum = Spectrum::new(nm, value).unwrap();
+        for at in [404.0, 405.3, 419.9, 430.1] {
+            assert!((smoothly_at(&spectrum, at) - parabola(at)).abs() < 1e-9, "{at}");
+        }
+        assert_eq!(smoothly_at(&spectrum, 399.0), 0.0);
     }
 }

@@ -1,5 +1,6 @@
 //! What is known of the spectroradiometer's own uncertainty.
 
+use isolux_record::observation::SharedErrors;
 use isolux_record::run::Run;
 use isolux_record::spectra::DarkSubtraction;
 
@@ -63,5 +64,16 @@ impl Known {
             }
         }
         known
+    }
+
+    /// What all values of a spectrum share, none where something of it is not stated.
+    pub fn shared(&self) -> SharedErrors {
+        let level = self.calibration_rel.hypot(self.distance_rel).hypot(self.stray_rel);
+        let stated = |value: f64| (value > 0.0).then_some(value);
+        SharedErrors {
+            gain_rel: stated(level).filter(|_| self.level.is_empty()),
+            shape_rel: stated(self.shape_rel),
+            wavelength_nm: stated(self.wavelength_nm),
+        }
     }
 }

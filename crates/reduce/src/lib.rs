@@ -37,6 +37,7 @@ mod results;
 mod samples;
 mod smooth;
 mod spectral;
+mod spectral_noise;
 mod sweeps;
 mod unmeasured;
 

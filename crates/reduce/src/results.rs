@@ -19,7 +19,7 @@ use crate::error::ReduceError;
 pub use file::file_name;
 use file::hashes;
 use model_file::model_toml;
-use photometric::{header, ies, ldt, spectral_files, xml};
+use photometric::{header, ies, ldt, observed_spectrum, spectral_files, xml};
 
 /// Every file of a reduction. `run_files` are the names and bytes of the run's own files, for their hashes.
 ///
@@ -57,6 +57,7 @@ pub fn files(
         bytes: xml(&shown, state, reduction, run),
     });
     files.extend(spectral_files(reduction, run, program));
+    files.extend(observed_spectrum(reduction, run));
     let model = model_toml(reduction, run, run_files);
     files.push(ResultFile {
         name: named("luminaire.model.toml"),

@@ -1,9 +1,10 @@
 //! Spectrum on the axis: counts → irradiance → efficacy and colour, with uncertainty.
 
 use isolux_record::ReadingKind;
+use isolux_record::observation::SharedErrors;
 use isolux_record::plan::Instrument;
 use isolux_record::run::Run;
-use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
+use isolux_record::spectra::{DarkSubtraction, SpectralIrradiance, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
@@ -13,6 +14,7 @@ use crate::correction::Correction;
 use crate::error::ReduceError;
 use crate::known::Known;
 use crate::quantity::Quantity;
+use crate::spectral_noise::with_expected_noise;
 
 /// The spectrum of a run on the axis, at 1 nm.
 #[derive(Debug, Clone)]
@@ -21,8 +23,15 @@ pub struct SpectralResult {
     pub spectrum: Spectrum,
     /// Standard uncertainty of each value from the scatter of light and dark.
     pub u_w_m2_nm: Vec<f64>,
+    /// The same from the noise that all pixels show together (that of a single one is known from a few scans alone), with
+    /// what neighbours share: as if the values were independent, their sums have the noise that they have.
+    pub u_expected_w_m2_nm: Vec<f64>,
     /// Distance at which it was read.
     pub distance_mm: f64,
+    /// Half-plane in which it was read.
+    pub c_deg: f64,
+    /// What all its values share.
+    pub shared: SharedErrors,
     /// Luminous efficacy of radiation.
     pub ler: Quantity,
     /// Irradiance 360–830 nm.
@@ -65,9 +74,11 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
     let calibration = run.header.spectral.as_ref().ok_or(ReduceError::NoCalibration)?;
     let mut value = Vec::new();
     let mut variance = Vec::new();
+    let mut expected = Vec::new();
     let mut wavelength = Vec::new();
     for record in &records {
         let light = record.irradiance(calibration, dark)?;
+        let quiet = with_expected_noise(record).irradiance(calibration, dark)?;
         let calibrated: Vec<usize> = (0..record.pixels.len())
             .filter(|&pixel| record.pixels[pixel].factor_w_m2_nm > 0.0)
             .collect();
@@ -95,13 +106,20 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
             .iter()
             .filter_map(|&pixel| light.irradiance_w_m2_nm[pixel])
             .collect();
-        let u: Vec<f64> = calibrated.iter().map(|&pixel| light.u_w_m2_nm[pixel]).collect();
+        let u = |of: &SpectralIrradiance| -> Vec<f64> { calibrated.iter().map(|&pixel| of.u_w_m2_nm[pixel]).collect() };
+        let (u, u_expected) = (u(&light), u(&quiet));
         let (grid, bins) = bins(&at);
         if grid.len() < 2 {
             return Err(ReduceError::Uncalibrated { index: record.index });
         }
         if wavelength.is_empty() {
-            (wavelength, value, variance) = (grid.clone(), vec![0.0; grid.len()], vec![0.0; grid.len()]);
+            (wavelength, value) = (grid.clone(), vec![0.0; grid.len()]);
+            (variance, expected) = (value.clone(), value.clone());
+        }
+        // The weight of each pixel in all values together.
+        let mut all_of = vec![0.0; of.len()];
+        for &(pixel, weight) in bins.iter().flatten() {
+            all_of[pixel] += weight;
         }
         let n = records.len() as f64;
         for (place, weights) in bins.iter().enumerate().take(value.len()) {
@@ -111,12 +129,22 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
                 .map(|&(pixel, weight)| (weight * u[pixel]).powi(2))
                 .sum::<f64>()
                 / (n * n);
+            // With what it shares with its neighbours, so that sums over many values have the noise that they have.
+            expected[place] += weights
+                .iter()
+                .map(|&(pixel, weight)| weight * all_of[pixel] * u_expected[pixel].powi(2))
+                .sum::<f64>()
+                / (n * n);
         }
     }
     let spectrum = Spectrum::new(wavelength, value)?;
-    let u_w_m2_nm: Vec<f64> = variance.iter().map(|variance| variance.sqrt()).collect();
+    let root = |variance: Vec<f64>| -> Vec<f64> { variance.into_iter().map(f64::sqrt).collect() };
     let known = Known::of(run, dark, first.distance_mm);
-    Ok(Some(result(spectrum, u_w_m2_nm, first.distance_mm, &known)))
+    Ok(Some(SpectralResult {
+        u_expected_w_m2_nm: root(expected),
+        c_deg: first.c_deg,
+        ..result(spectrum, root(variance), first.distance_mm, &known)
+    }))
 }
 
 fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Known) -> SpectralResult {
@@ -163,8 +191,11 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
         illuminance: level(luminous, squares(&|place| 683.0 * v_lambda[place]), "lx"),
         colour: Colour::of(&spectrum, &u_w_m2_nm, known),
         spectrum,
+        u_expected_w_m2_nm: u_w_m2_nm.clone(),
         u_w_m2_nm,
         distance_mm,
+        c_deg: 0.0,
+        shared: known.shared(),
     }
 }
 

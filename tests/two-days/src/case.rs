@@ -87,7 +87,8 @@ pub struct StatedDiagnosis {
 }
 
 impl StatedDiagnosis {
-    fn of(document: &Document) -> Self {
+    /// From `diagnosis.json`.
+    pub fn of(document: &Document) -> Self {
         let gap = &document.gap;
         let effects = document.effects.iter();
         Self {

@@ -132,6 +132,17 @@ pub fn second_scan(
     scan_in(room, known, &grid.plan()?, hasty, folder)
 }
 
+/// Scans the plan of a second day with a spectrum into the run directory `folder`, in `room`, and reduces it; the station
+/// is that of the room `known`. Gives the file of the spectrum.
+///
+/// # Errors
+/// As scan and reduction.
+pub fn second_spectrum(room: &Darkroom, known: &Darkroom, folder: &Utf8Path) -> Result<Utf8PathBuf, DayError> {
+    scan_in(room, known, &plans::with_spectrum()?, false, folder)?;
+    let reduced = reduce::run(folder, &reduce::ReduceRequest::default(), Overwrite::Never)?;
+    Ok(reduced.folder.join("spectrum.toml"))
+}
+
 /// The criterion of a bench on which nobody waits until the lamp is warm.
 const HASTY: &str = "\n[lamp.stable]\nleast_s = 300.0\nwindow_s = 60.0\nspread_rel = 0.2\n";
 

@@ -10,6 +10,7 @@ pub mod faults;
 pub mod lamps;
 pub mod oracle;
 pub mod plans;
+pub mod spectra;
 pub mod strength;
 pub mod suite;
 pub mod tables;

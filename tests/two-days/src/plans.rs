@@ -53,6 +53,19 @@ impl Grid {
     }
 }
 
+/// The plan of a second day that reads a few directions and the spectrum on the axis.
+///
+/// # Errors
+/// Never for this plan.
+pub fn with_spectrum() -> Result<Plan, Failure> {
+    const BLOCKS: &str = "[[block]]\nname = \"distribution\"\nkind = \"lit\"\nc_range = [0, 270, 90]\n\
+                          gamma_range = [0, 180, 20]\nreference_every = 20\ndistance_mm = 3700.0\n\
+                          [[block]]\nname = \"spectrum\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\n\
+                          c_deg = 0\ngamma_deg = 0\nrepeats = 10\n";
+    let text = format!("{HEAD}{BLOCKS}{TAIL}");
+    Plan::parse(Utf8Path::new("second day"), &text).map_err(Failure::bad_input)
+}
+
 /// The limits are wide: what a reading disagrees with is for the diagnosis to say, not for the scan to refuse.
 const HEAD: &str = "format = \"isolux-plan/1\"\nname = \"second day\"\n\
                     [limits]\nreference_rel = 0.5\ndrift_rel = 0.5\nclosing_rel = 0.5\n";

@@ -1,5 +1,6 @@
 //! The rows of parts: which are whose, how far they reach, and what they share.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use isolux_model::{DirectionError, KnownError, Model};
@@ -73,18 +74,35 @@ pub fn direction_errors(model: &Model, part: &Part) -> Vec<DirectionError> {
     match part {
         Part::Readings(readings) => model.direction_errors_of_readings(readings),
         Part::Maps(maps) => model.direction_errors_of_maps(maps),
-        Part::Spectra(..) => Vec::new(),
+        Part::Spectra(spectra, rows) => {
+            let here: HashMap<usize, usize> = rows.iter().enumerate().map(|(here, row)| (*row, here)).collect();
+            let mut errors = model.noise_errors_of_spectra(spectra);
+            for error in &mut errors {
+                let of_part = error
+                    .errors
+                    .iter()
+                    .filter_map(|(row, value)| Some((*here.get(row)?, *value)));
+                error.errors = of_part.collect();
+            }
+            errors
+        }
     }
 }
 
-/// What a model knows of itself, on the rows of all parts. Spectra are relative to a gain of their own.
+/// Whether the level of these spectra is known: that of others is refitted.
+pub(super) fn level_is_known(spectra: &SpectraSet) -> bool {
+    spectra.shared.gain_rel.is_some() && spectra.is_irradiance()
+}
+
+/// What a model and the files of spectra know of themselves, on the rows of all parts.
 pub fn known(model: &Model, parts: &[Part]) -> Vec<Known> {
     use rayon::prelude::*;
     let predicted = |model: &Model| -> Option<DVector<f64>> {
         let mut values = Vec::new();
         for part in parts {
             values.extend(match part {
-                Part::Spectra(_, rows) => vec![0.0; rows.len()],
+                // Relative to a gain of their own.
+                Part::Spectra(spectra, rows) if !level_is_known(spectra) => vec![0.0; rows.len()],
                 part => part.predict(model)?,
             });
         }
@@ -101,7 +119,42 @@ pub fn known(model: &Model, parts: &[Part]) -> Vec<Known> {
             column,
         })
     };
-    known.par_iter().filter_map(on_rows).collect()
+    let mut known: Vec<Known> = known.par_iter().filter_map(on_rows).collect();
+    known.extend(known_of_spectra(model, parts));
+    known
+}
+
+/// What the spectra of each instrument share.
+fn known_of_spectra(model: &Model, parts: &[Part]) -> Vec<Known> {
+    let ranges = row_ranges(parts);
+    let rows = ranges.last().map_or(0, |range| range.end);
+    let mut known: Vec<(Option<&String>, Known)> = Vec::new();
+    for (part, range) in parts.iter().zip(ranges) {
+        let Part::Spectra(spectra, of_file) = part else {
+            continue;
+        };
+        for error in model.errors_of_spectra(spectra).unwrap_or_default() {
+            let instrument = spectra.instrument.as_ref();
+            let same = |(of, one): &(Option<&String>, Known)| {
+                instrument.is_some() && *of == instrument && one.what == error.what
+            };
+            let at = known.iter().position(same).unwrap_or_else(|| {
+                let one = Known {
+                    what: error.what.to_owned(),
+                    u: error.u,
+                    unit: error.unit,
+                    assumed: false,
+                    column: DVector::zeros(rows),
+                };
+                known.push((instrument, one));
+                known.len() - 1
+            });
+            for (row, number) in range.clone().zip(of_file) {
+                known[at].1.column[row] = error.change[*number];
+            }
+        }
+    }
+    known.into_iter().map(|(_, one)| one).collect()
 }
 
 /// The range of rows of each part.

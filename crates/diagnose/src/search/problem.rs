@@ -11,7 +11,7 @@ use crate::forward::Forward;
 use crate::known::{Known, expected_change};
 use crate::reference::{Errors, joined};
 use crate::rounding::Rounding;
-use crate::table::Row;
+use crate::table::{ObservationKind, Row};
 use crate::whitener::Whitener;
 use crate::whitening::Sequence;
 
@@ -51,6 +51,8 @@ pub(super) struct Plain {
     /// knows of itself to where the readings put it.
     level: DVector<f64>,
     pub(super) light: DVector<f64>,
+    /// What a relative pattern multiplies.
+    strength: DVector<f64>,
 }
 
 impl Plain {
@@ -77,10 +79,18 @@ impl Plain {
         let known = forward.known();
         let mut errors = joined(forward.common_errors(), &u.map(|u| 1.0 / u));
         errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
-        let mut light = level.clone();
-        if forward.full_scale().is_some() && !errors.is_empty() {
+        let (mut light, mut strength) = (level.clone(), level.clone());
+        let sample = |row: &Row| row.source == ObservationKind::Sample;
+        if (forward.full_scale().is_some() || rows.iter().any(sample)) && !errors.is_empty() {
             let shared = Whitener::new(sequence, &alone, u.map(|u| 1.0 / u), 0.0, &errors);
-            light += expected_change(&errors, &shared, &(&measured - &level));
+            let change = expected_change(&errors, &shared, &(&measured - &level));
+            // Of a spectrum that is dark the noise alone is left: that of the model is in all that it leaves.
+            for (at, _) in rows.iter().enumerate().filter(|(_, row)| sample(row)) {
+                strength[at] += change[at];
+            }
+            if forward.full_scale().is_some() {
+                light += change;
+            }
         }
         Some(Self {
             measured,
@@ -91,6 +101,7 @@ impl Plain {
             tangents,
             level,
             light,
+            strength,
         })
     }
 }
@@ -112,9 +123,10 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
             tangents,
             level,
             light,
+            strength,
         } = plain;
         let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
-        let mut alternatives = alternatives(rows, level.as_slice(), sequence.order());
+        let mut alternatives = alternatives(rows, strength.as_slice(), sequence.order());
         let dictionary = Dictionary::new(
             forward,
             rows,

@@ -2,7 +2,7 @@
 //! age), or the meters of the two days were calibrated differently.
 
 use super::act::{Act, Values};
-use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude};
+use super::spec::{BelongsTo, EVERYTHING, EffectSpec, amplitude};
 
 pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "light_level",
@@ -10,7 +10,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     sentence: "All light differs from the model by one factor, of the lamp or of a meter's calibration[: it is \
         {factor_rel:%} {factor_rel:brighter|dimmer}].",
     belongs_to: &[BelongsTo::Luminaire],
-    stages: READINGS_AND_MAPS,
+    stages: EVERYTHING,
     formula: "(1 + f)·E",
     source: "ISO/CIE 19476, calibration; LM-79, stability of the lamp",
     parameters: &[amplitude("factor_rel", "1", (-0.1, 0.1), 0.005)],

@@ -264,6 +264,7 @@ pub(super) const READINGS: &[Stage] = &[Stage::Readings];
 pub(super) const MAPS: &[Stage] = &[Stage::Maps];
 pub(super) const SPECTRA: &[Stage] = &[Stage::Spectra];
 pub(super) const READINGS_AND_MAPS: &[Stage] = &[Stage::Readings, Stage::Maps];
+pub(super) const EVERYTHING: &[Stage] = &[Stage::Readings, Stage::Maps, Stage::Spectra];
 
 /// An amplitude with null 0.
 pub(super) const fn amplitude(

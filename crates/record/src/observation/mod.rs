@@ -19,7 +19,7 @@ pub use maps::{Cell, MapPose, MapSet, MapUnit};
 pub use need::Need;
 pub use pair::OneOrTwo;
 pub use readings::{ReadingCoordinates, ReadingRow, Readings};
-pub use spectra::{SpectraSet, SpectrumRow};
+pub use spectra::{SharedErrors, SpectraSet, SpectrumRow};
 
 /// Observations of one kind from one place.
 #[derive(Debug, Clone, PartialEq)]

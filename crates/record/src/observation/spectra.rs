@@ -28,6 +28,18 @@ pub struct SpectrumRow {
     pub u: Option<f64>,
 }
 
+/// Standard uncertainties of what all values of a file of spectra share: its table `[u]`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SharedErrors {
+    /// Relative, of one factor on all values: calibration, distance, stray light.
+    pub gain_rel: Option<f64>,
+    /// Relative, of the ratios of 700 nm to 400 nm and of 550 nm to both.
+    pub shape_rel: Option<f64>,
+    /// Of the wavelength scale.
+    pub wavelength_nm: Option<f64>,
+}
+
 /// Spectra of one pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectraSet {
@@ -42,6 +54,10 @@ pub struct SpectraSet {
     pub c_deg: f64,
     /// Polar angle.
     pub gamma_deg: f64,
+    /// The spectroradiometer and its calibration, in words that are the same whenever they are.
+    pub instrument: Option<String>,
+    /// Errors that all values share, where the file states them.
+    pub shared: SharedErrors,
     header: Vec<String>,
     text: Vec<Vec<String>>,
     rows: Vec<SpectrumRow>,
@@ -57,6 +73,9 @@ struct Document {
     c_deg: f64,
     #[serde(default)]
     gamma_deg: f64,
+    instrument: Option<String>,
+    #[serde(default)]
+    u: SharedErrors,
 }
 
 impl SpectraSet {
@@ -77,6 +96,27 @@ impl SpectraSet {
             ),
             ("c_deg", document.c_deg, -720.0, 720.0, "within -720 to 720"),
             ("gamma_deg", document.gamma_deg, -360.0, 360.0, "within -360 to 360"),
+            (
+                "u.gain_rel",
+                document.u.gain_rel.unwrap_or(0.0),
+                0.0,
+                10.0,
+                "within 0 to 10",
+            ),
+            (
+                "u.shape_rel",
+                document.u.shape_rel.unwrap_or(0.0),
+                0.0,
+                10.0,
+                "within 0 to 10",
+            ),
+            (
+                "u.wavelength_nm",
+                document.u.wavelength_nm.unwrap_or(0.0),
+                0.0,
+                1000.0,
+                "within 0 to 1000",
+            ),
         ] {
             if !(low..=high).contains(&value) {
                 let at = SourceText {
@@ -153,10 +193,17 @@ impl SpectraSet {
             distance_mm: document.distance_mm,
             c_deg: document.c_deg,
             gamma_deg: document.gamma_deg,
+            instrument: document.instrument,
+            shared: document.u,
             header: table.header,
             text,
             rows,
         })
+    }
+
+    /// Whether its values are spectral irradiance: those of others have no level.
+    pub fn is_irradiance(&self) -> bool {
+        self.quantity.to_ascii_lowercase().contains("irradiance")
     }
 
     /// The CSV file.

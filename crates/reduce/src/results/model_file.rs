@@ -4,6 +4,7 @@ use isolux_photometry::Symmetry;
 use isolux_record::Run;
 
 use super::file::{diameter_mm, file_name, hashes};
+use super::photometric::instrument;
 use crate::budget::noise_of_directions;
 use crate::finding;
 use crate::grid::Grid;
@@ -54,6 +55,7 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     if common_cd > 0.0 {
         text.push_str(&format!("common_cd = {common_cd:.6}\n"));
     }
+    text.push_str(&spectrum_uncertainty_toml(reduction, run));
     text.push_str("\n[luminaire.provenance]\n");
     for (file, hash) in hashes(run_files) {
         if file == "readings.csv" {
@@ -119,6 +121,45 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     text.push_str(&format!("measured_at_mm = {:?}\n", reduction.distance_mm));
     text
 }
+
+/// `[luminaire.u.spectrum]`: the noise of the spectrum every so many nanometres, and what all its values share.
+fn spectrum_uncertainty_toml(reduction: &Reduction, run: &Run) -> String {
+    let Some(spectral) = &reduction.spectral else {
+        return String::new();
+    };
+    let (mut at_nm, mut noise) = (Vec::new(), Vec::new());
+    let values: Vec<(f64, f64)> = spectral
+        .spectrum
+        .wavelength_nm()
+        .iter()
+        .copied()
+        .zip(spectral.u_expected_w_m2_nm.iter().copied())
+        .collect();
+    for part in values.chunks(NOISE_STEP) {
+        let count = part.len() as f64;
+        at_nm.push(format!("{:?}", part.iter().map(|(nm, _)| nm).sum::<f64>() / count));
+        let square = part.iter().map(|(_, u)| u * u).sum::<f64>() / count;
+        noise.push(format!("{:.3e}", square.sqrt()));
+    }
+    let mut text = format!(
+        "\n[luminaire.u.spectrum]\nwavelength_nm = [{}]\nnoise = [{}]\n",
+        at_nm.join(", "),
+        noise.join(", ")
+    );
+    let shared = spectral.shared;
+    for (key, value) in [("shape_rel", shared.shape_rel), ("scale_nm", shared.wavelength_nm)] {
+        if let Some(value) = value {
+            text.push_str(&format!("{key} = {value:.6}\n"));
+        }
+    }
+    if let Some(instrument) = instrument(run) {
+        text.push_str(&format!("instrument = {}\n", toml::Value::from(instrument)));
+    }
+    text
+}
+
+/// Wavelengths of the spectrum for one of its noise.
+const NOISE_STEP: usize = 10;
 
 /// Age of the lamp when each half-plane was read; none where they were not read one after the other, or the age is not
 /// known.

@@ -306,3 +306,62 @@ pub fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Re
         })
         .collect()
 }
+
+/// The spectrum on the axis as observations, so that a diagnosis compares it with another day's model.
+pub fn observed_spectrum(reduction: &Reduction, run: &Run) -> Vec<ResultFile> {
+    let Some(spectral) = &reduction.spectral else {
+        return Vec::new();
+    };
+    let mut text = format!(
+        "# The spectrum on the axis with its noise: `isolux diagnose MODEL {}` compares it with that of a model.\n\
+         quantity = \"irradiance\"\nunit = \"W/m2/nm\"\ndistance_mm = {:?}\nc_deg = {:?}\ngamma_deg = 0.0\n",
+        file_name(reduction, SPECTRUM),
+        spectral.distance_mm,
+        spectral.c_deg,
+    );
+    if let Some(instrument) = instrument(run) {
+        text.push_str(&format!("instrument = {}\n", toml::Value::from(instrument)));
+    }
+    text.push_str("\n[u]\n");
+    let shared = spectral.shared;
+    for (key, value) in [
+        ("gain_rel", shared.gain_rel),
+        ("shape_rel", shared.shape_rel),
+        ("wavelength_nm", shared.wavelength_nm),
+    ] {
+        if let Some(value) = value {
+            text.push_str(&format!("{key} = {value:.6}\n"));
+        }
+    }
+    let mut rows = String::from("index,kind,wavelength_nm,value,u\n");
+    let spectrum = &spectral.spectrum;
+    for ((nm, value), u) in spectrum
+        .wavelength_nm()
+        .iter()
+        .zip(spectrum.value())
+        .zip(&spectral.u_expected_w_m2_nm)
+    {
+        rows.push_str(&format!("0,lit,{nm},{value:.6e},{u:.3e}\n"));
+    }
+    [(SPECTRUM, text), ("spectrum.csv", rows)]
+        .map(|(name, text)| ResultFile {
+            name: file_name(reduction, name),
+            bytes: text.into_bytes(),
+        })
+        .into()
+}
+
+const SPECTRUM: &str = "spectrum.toml";
+
+/// The spectroradiometer of a run and its calibration: the same words whenever both are the same.
+pub fn instrument(run: &Run) -> Option<String> {
+    let device = run
+        .header
+        .device
+        .iter()
+        .find(|device| device.role == "spectroradiometer")?;
+    let calibration = run.header.spectral.as_ref()?;
+    let serial = device.serial.as_ref()?;
+    let hash = calibration.sha256.get(..12).unwrap_or(&calibration.sha256);
+    Some(format!("{} {serial}, calibration {hash}", device.model))
+}
