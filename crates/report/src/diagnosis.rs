@@ -167,18 +167,24 @@ fn diverging(t: f64) -> String {
     format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
 }
 
-/// Residuals (σ) against a coordinate, with their mean in equal-count bins and the fit through them (x, σ), rising in
-/// x.
-pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -> String {
-    let mut svg = Svg::figure("Residuals along the strongest coordinate");
+/// Residuals (σ) against a coordinate, with their mean in equal-count bins and, where there is one, the fit through them
+/// (x, σ), rising in x. Beside a fit what lies far out is drawn at the edge; without one everything is in its place.
+pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: Option<&[(f64, f64)]>) -> String {
+    let mut svg = Svg::figure("Residuals along a coordinate");
     let xs = points.iter().map(|(x, _)| *x);
+    let most = if fit.is_some() {
+        4.0 * LIMIT_SIGMA
+    } else {
+        f64::INFINITY
+    };
     let reach = points
         .iter()
         .map(|(_, y)| y.abs())
+        .filter(|y| y.is_finite())
         .fold(LIMIT_SIGMA, f64::max)
-        .min(4.0 * LIMIT_SIGMA);
+        .min(most);
     let frame = Frame::of_figure(Scale::around(xs, false), Scale::linear(-reach, reach));
-    frame.draw(&mut svg, label, "(measured − baseline) / (s·u), σ");
+    frame.draw(&mut svg, label, "(measured − predicted) / (s·u), σ");
     let inside = |y: f64| y.clamp(-reach, reach);
     for &(x, y) in points.iter().take(6000) {
         svg.circle(frame.at(x, inside(y)), 1.6, "#9fb4c0", None);
@@ -188,18 +194,20 @@ pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -
         svg.line(low, high, Stroke::solid(colour::DATA, 1.4));
         svg.circle(frame.at(x, inside(mean)), 3.2, colour::DATA, None);
     }
-    let mean_fit: Vec<(f64, f64)> = binned(fit, 60)
-        .into_iter()
-        .map(|(x, mean, _)| frame.at(x, inside(mean)))
-        .collect();
-    svg.polyline(mean_fit, Stroke::solid(colour::MODEL, 2.2));
+    if let Some(fit) = fit {
+        let mean_fit: Vec<(f64, f64)> = binned(fit, 60)
+            .into_iter()
+            .map(|(x, mean, _)| frame.at(x, inside(mean)))
+            .collect();
+        svg.polyline(mean_fit, Stroke::solid(colour::MODEL, 2.2));
+        svg.text((WIDTH - 16.0, 20.0), Anchor::End, colour::MODEL, "— what was found");
+    }
     svg.text(
         (frame.left, 20.0),
         Anchor::Start,
         colour::DATA,
         "● mean ± standard error",
     );
-    svg.text((WIDTH - 16.0, 20.0), Anchor::End, colour::MODEL, "— what was found");
     svg.finish()
 }
 

@@ -131,6 +131,7 @@ fn gap(page: &mut Page, document: &Document, pictures: &mut Vec<(&'static str, S
 }
 
 fn residuals(page: &mut Page, found: &Diagnosis, pictures: &mut Vec<(&'static str, String)>) {
+    const GIVEN: &str = "Residuals of the model as given, (measured − predicted)/(s·u).";
     page.heading("Where");
     if let Some((coordinate, svg)) = panels::along(found) {
         let caption = format!(
@@ -143,15 +144,14 @@ fn residuals(page: &mut Page, found: &Diagnosis, pictures: &mut Vec<(&'static st
     let (panels, x, y) = panels::panels(found);
     if !panels.is_empty() {
         let [before, after] = residual_maps(&panels, x, y);
-        page.pair(
-            (
-                &before,
-                "Residuals of the model as given, (measured − predicted)/(s·u).",
-            ),
-            (&after, "Residuals after, on the same scale."),
-        );
+        page.pair((&before, GIVEN), (&after, "Residuals after, on the same scale."));
         pictures.push(("residuals_before.svg", before));
         pictures.push(("residuals_after.svg", after));
+    }
+    if let Some([before, after]) = panels::of_spectra(found) {
+        page.pair((&before, GIVEN), (&after, "Residuals after."));
+        pictures.push(("spectra_before.svg", before));
+        pictures.push(("spectra_after.svg", after));
     }
 }
 

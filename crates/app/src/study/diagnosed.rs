@@ -217,6 +217,8 @@ fn figures(folder: &Utf8Path) -> Vec<Figure> {
         ("gap.svg", "Gap before and after"),
         ("residuals_before.svg", "Residuals before"),
         ("residuals_after.svg", "Residuals after"),
+        ("spectra_before.svg", "Residuals of the spectrum before"),
+        ("spectra_after.svg", "Residuals of the spectrum after"),
         ("coordinate.svg", "Residuals along the strongest pattern"),
     ]
     .into_iter()

@@ -36,6 +36,7 @@ pub fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
     }
     let mut distances: Vec<f64> = rows
         .iter()
+        .filter(|row| row.source == ObservationKind::Reading)
         .map(|row| row.distance_mm)
         .filter(|d| d.is_finite())
         .collect();
@@ -45,7 +46,8 @@ pub fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
         .iter()
         .filter_map(|&distance| {
             let pick: Vec<usize> = (0..rows.len())
-                .filter(|&i| rows[i].distance_mm == distance && rows[i].light == Light::Lit && rows[i].travel != 0.0)
+                .filter(|&i| rows[i].source == ObservationKind::Reading && rows[i].distance_mm == distance)
+                .filter(|&i| rows[i].light == Light::Lit && rows[i].travel != 0.0)
                 .collect();
             (pick.len() > 4).then(|| {
                 panel(
@@ -130,5 +132,22 @@ pub fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
     let pick: Vec<usize> = (0..found.rows.len()).filter(|&i| place(i).is_finite()).collect();
     let points: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.before[i])).collect();
     let fit: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.explained[i])).collect();
-    (!points.is_empty()).then(|| (coordinate, residuals_along(&axis_label(wanted), &points, &fit)))
+    (!points.is_empty()).then(|| (coordinate, residuals_along(&axis_label(wanted), &points, Some(&fit))))
+}
+
+/// Residuals of spectra over the wavelength, as given and after; none without spectra.
+pub fn of_spectra(found: &Diagnosis) -> Option<[String; 2]> {
+    let samples = || {
+        found
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| row.source == ObservationKind::Sample)
+    };
+    samples().next()?;
+    let over = |residuals: &[f64]| {
+        let points: Vec<(f64, f64)> = samples().map(|(i, row)| (row.wavelength_nm, residuals[i])).collect();
+        residuals_along(&axis_label(Coordinate::WavelengthNm.name()), &points, None)
+    };
+    Some([over(&found.before), over(&found.left)])
 }
