@@ -7,7 +7,7 @@ use std::time::Duration;
 use rand::RngExt as _;
 
 use crate::folder::stated;
-use crate::support::{Bench, moment, random, rounds};
+use crate::support::{Bench, moment, random, rounds, side_by_side};
 
 /// One half-plane of a lamp that is the same all around, and what the corrections need.
 const PLAN: &str = r#"format = "isolux-plan/1"
@@ -45,39 +45,44 @@ const HANDS: [&str; 9] = [
 
 #[test]
 fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
-    for round in 0..rounds(2) {
-        let mut random = random(round);
-        let bench = Bench::new();
-        bench.write("plan.toml", PLAN);
-        let mut scan = bench.scan("--out", "run");
-        bench.wait_for_rows("run", 1);
-        let mut hands = Vec::new();
-        while hands.len() < 4 && scan.try_wait().unwrap().is_none() {
-            std::thread::sleep(moment(&mut random, Duration::from_millis(500), Duration::from_secs(8)));
-            let hand = HANDS[random.random_range(0..HANDS.len())];
-            bench.tell_axes(hand);
-            hands.push(hand);
-        }
-        let what = format!("round {round}: {hands:?}");
-        let what = format!("{what}: {}", finished(scan));
-        bench.assert_at_rest();
-        assert_sound(&bench, &what);
-        if !bench.read("run/run.toml").contains("how = \"completed\"") {
-            bench.isolux(&["scan", "station.toml", "plan.toml", "--resume", "run"], 0);
-            assert_sound(&bench, &what);
-        }
-        bench.assert_stopped("run", "completed");
-        bench.isolux(&["reduce", "run"], 0);
-        let flux = &bench.json("run/results/budget.json")["flux"];
-        // One half-plane stands for all, which nobody measured: the flux carries no ±, its parts are known all the
-        // same.
-        assert!(flux["u"].is_null(), "{flux}");
-        let (value, u) = (flux["value"].as_f64().unwrap(), flux["u_of_parts"].as_f64().unwrap());
-        assert!(
-            (value - 337.0).abs() <= (2.0 * u).min(0.01 * 337.0),
-            "{what}: {value} ± {u} lm for 337 lm"
-        );
+    side_by_side(rounds(2), |round| {
+        one_round(round);
+        1
+    });
+}
+
+fn one_round(round: u64) {
+    let mut random = random(round);
+    let bench = Bench::new();
+    bench.write("plan.toml", PLAN);
+    let mut scan = bench.scan("--out", "run");
+    bench.wait_for_rows("run", 1);
+    let mut hands = Vec::new();
+    while hands.len() < 4 && scan.try_wait().unwrap().is_none() {
+        std::thread::sleep(moment(&mut random, Duration::from_millis(500), Duration::from_secs(8)));
+        let hand = HANDS[random.random_range(0..HANDS.len())];
+        bench.tell_axes(hand);
+        hands.push(hand);
     }
+    let what = format!("round {round}: {hands:?}");
+    let what = format!("{what}: {}", finished(scan));
+    bench.assert_at_rest();
+    assert_sound(&bench, &what);
+    if !bench.read("run/run.toml").contains("how = \"completed\"") {
+        bench.isolux(&["scan", "station.toml", "plan.toml", "--resume", "run"], 0);
+        assert_sound(&bench, &what);
+    }
+    bench.assert_stopped("run", "completed");
+    bench.isolux(&["reduce", "run"], 0);
+    let flux = &bench.json("run/results/budget.json")["flux"];
+    // One half-plane stands for all, which nobody measured: the flux carries no ±, its parts are known all the
+    // same.
+    assert!(flux["u"].is_null(), "{flux}");
+    let (value, u) = (flux["value"].as_f64().unwrap(), flux["u_of_parts"].as_f64().unwrap());
+    assert!(
+        (value - 337.0).abs() <= (2.0 * u).min(0.01 * 337.0),
+        "{what}: {value} ± {u} lm for 337 lm"
+    );
 }
 
 /// Whatever its end was, an exit code of the program and not a crash.

@@ -3,16 +3,12 @@
 //!
 //!     ISOLUX_ATTACK_ROUNDS=50 cargo test -p isolux --test attacks sleeps -- --nocapture     # 1 s to 120 s, 13 min
 
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use rand::RngExt as _;
 
 use crate::folder::stated;
-use crate::support::{Bench, moment, random, rounds, signal};
-
-/// Scans that run side by side: they wait more than they compute.
-const SIDE_BY_SIDE: u64 = 6;
+use crate::support::{Bench, moment, random, rounds, side_by_side, signal};
 
 /// Stops of the short version, in seconds: below and above the 15 s that a lux meter has for a reading.
 const SHORT: [f64; 4] = [1.0, 4.0, 16.5, 20.0];
@@ -20,21 +16,7 @@ const SHORT: [f64; 4] = [1.0, 4.0, 16.5, 20.0];
 #[test]
 fn stopped_at_any_moment_it_goes_on_and_blames_nobody() {
     let count = rounds(SHORT.len() as u64);
-    let (next, noticed) = (AtomicU64::new(0), AtomicU64::new(0));
-    std::thread::scope(|scope| {
-        for _ in 0..SIDE_BY_SIDE.min(count) {
-            scope.spawn(|| {
-                loop {
-                    let round = next.fetch_add(1, Ordering::Relaxed);
-                    if round >= count {
-                        return;
-                    }
-                    noticed.fetch_add(one_round(round, count), Ordering::Relaxed);
-                }
-            });
-        }
-    });
-    let noticed = noticed.into_inner();
+    let noticed = side_by_side(count, |round| one_round(round, count));
     assert!(
         2 * noticed > count,
         "most of the moments are within the scan: {count} scans were stopped, {noticed} times while instruments were in use"

@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::ops::Deref;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use rand::{RngExt as _, SeedableRng as _};
@@ -260,6 +261,27 @@ pub fn hear_hangups() {
 #[allow(dead_code, reason = "not every attack is repeated")]
 pub fn rounds(short: u64) -> u64 {
     number("ISOLUX_ATTACK_ROUNDS").unwrap_or(short)
+}
+
+/// What each round of `count` counts, summed; up to six run side by side: they wait more than they compute.
+#[allow(dead_code, reason = "not every attack is repeated")]
+pub fn side_by_side(count: u64, one_round: impl Fn(u64) -> u64 + Sync) -> u64 {
+    const MOST: u64 = 6;
+    let (next, sum) = (AtomicU64::new(0), AtomicU64::new(0));
+    std::thread::scope(|scope| {
+        for _ in 0..MOST.min(count) {
+            scope.spawn(|| {
+                loop {
+                    let round = next.fetch_add(1, Ordering::Relaxed);
+                    if round >= count {
+                        return;
+                    }
+                    sum.fetch_add(one_round(round), Ordering::Relaxed);
+                }
+            });
+        }
+    });
+    sum.into_inner()
 }
 
 /// Random numbers of one round, from `ISOLUX_ATTACK_SEED`.
