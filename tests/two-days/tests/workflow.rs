@@ -29,6 +29,10 @@ fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
         order(Kind::Readings, Some(("gamma_zero", 30.0)), 3),
         order(Kind::Maps, Some(("exposure_offset", 10.0)), 4),
         order(Kind::Maps, Some(("quantization", 30.0)), 5),
+        Order {
+            seed: 5,
+            ..order(Kind::Maps, Some(("near_field", 10.0)), 565)
+        },
     ];
     let folder = tempfile::tempdir().unwrap();
     let root = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
@@ -42,19 +46,24 @@ fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
             }
             Ok(Outcome::Answered(case)) => {
                 let (_, wanted) = order.fault.unwrap();
-                assert!((case.sigma / wanted - 1.0).abs() < 0.1, "{}", case.line());
+                // Steps of the search for it: what grows with a square is met less closely.
+                assert!((case.sigma / wanted - 1.0).abs() < 0.15, "{}", case.line());
                 // What every value shows: the model's own uncertainty takes away, and so does what is refitted.
                 assert!(case.stated.gap[0] > 1.0, "{}", case.line());
                 // Steps of 1.4 times the noise, at a level that is known to ten steps.
                 if order.fault.is_some_and(|(fault, _)| fault.label == "quantization") {
                     assert!(case.line().contains("named quantization"), "{}", case.line());
                 }
+                // Rings much wider than the luminous area of which the model has a disc.
+                if order.fault.is_some_and(|(fault, _)| fault.label == "near_field") {
+                    assert_eq!(case.stated.effects[0].0, "near_field", "{}", case.line());
+                }
                 strong += 1;
             }
             other => panic!("{order:?}: {other:?}"),
         }
     }
-    assert_eq!(strong, 3, "{text}");
+    assert_eq!(strong, 4, "{text}");
     assert!(
         text.contains("| gamma_zero |") && text.contains("| exposure_offset |"),
         "{text}"
