@@ -219,8 +219,8 @@ struct Bench<'a> {
 
 /// A place within this share of a bin of its middle is the middle.
 const SHARED: f64 = 1e-9;
-/// Of a bin, to the right and up.
-const CORNERS: [[usize; 2]; 4] = [[0, 0], [1, 0], [0, 1], [1, 1]];
+/// Of a bin: before, after, below, above, in bins.
+const NEIGHBOURS: [[isize; 2]; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
 
 impl<'a> Bench<'a> {
     fn new(chain: &'a Chain<'a>, prepared: &'a PreparedModel<'a>, map: &MapPose, maps: &MapSet) -> Self {
@@ -261,41 +261,55 @@ impl<'a> Bench<'a> {
     /// Mean over every bin (its middle and its place among the bins) of the lamp's illuminance times the sensor's
     /// factors, the lamp being stable.
     ///
-    /// The mean is 2/3 of the middle and 1/12 of each corner: exact for cubic light, and neighbours share their corners.
+    /// The mean is the middle and 1/24 of the second differences along x and y: exact for cubic light. Most of the
+    /// neighbours are bins themselves.
     fn lamp_lx(&self, bins: impl Iterator<Item = (DVec2, [usize; 2])>) -> Vec<f64> {
         let (middles, bins): (Vec<DVec2>, Vec<[usize; 2]>) = bins.unzip();
         if self.point_like {
             return self.at_places_lx(&middles);
         }
         let mut places = middles;
-        let across = self.bins[0] + 1;
-        let mut number_of = vec![usize::MAX; across * (self.bins[1] + 1)];
-        let mut corners = Vec::with_capacity(bins.len());
-        for (bin, [ix, iy]) in bins.iter().enumerate() {
-            // A bin of which pixels are left out has its mean elsewhere, and corners of its own.
-            let middle = (DVec2::new(*ix as f64, *iy as f64) + 0.5) * self.bin_mm - 0.5 * self.size_mm;
-            let shared = (places[bin] - middle).length() < SHARED * self.bin_mm.min_element();
-            corners.push(CORNERS.map(|[right, up]| {
+        // With one bin more on each side.
+        let across = self.bins[0] + 2;
+        let number_at = |[ix, iy]: [usize; 2], [dx, dy]: [isize; 2]| {
+            (iy + 1).wrapping_add_signed(dy) * across + (ix + 1).wrapping_add_signed(dx)
+        };
+        let mut number_of = vec![usize::MAX; across * (self.bins[1] + 2)];
+        // A bin of which pixels are left out has its mean elsewhere, and neighbours of its own.
+        let is_middle = |place: DVec2, [ix, iy]: [usize; 2]| {
+            let middle = (DVec2::new(ix as f64, iy as f64) + 0.5) * self.bin_mm - 0.5 * self.size_mm;
+            (place - middle).length() < SHARED * self.bin_mm.min_element()
+        };
+        let shared: Vec<bool> = places
+            .iter()
+            .zip(&bins)
+            .map(|(place, bin)| is_middle(*place, *bin))
+            .collect();
+        for (number, bin) in bins.iter().enumerate().filter(|(number, _)| shared[*number]) {
+            number_of[number_at(*bin, [0, 0])] = number;
+        }
+        let mut neighbours = Vec::with_capacity(bins.len());
+        for (number, bin) in bins.iter().enumerate() {
+            neighbours.push(NEIGHBOURS.map(|to| {
                 let mut own = usize::MAX;
-                let number = if shared {
-                    &mut number_of[(iy + up) * across + ix + right]
+                let known = if shared[number] {
+                    &mut number_of[number_at(*bin, to)]
                 } else {
                     &mut own
                 };
-                if *number == usize::MAX {
-                    *number = places.len();
-                    let from_middle = DVec2::new(right as f64, up as f64) - 0.5;
-                    places.push(places[bin] + self.bin_mm * from_middle);
+                if *known == usize::MAX {
+                    *known = places.len();
+                    places.push(places[number] + self.bin_mm * DVec2::new(to[0] as f64, to[1] as f64));
                 }
-                *number
+                *known
             }));
         }
         let light_lx = self.at_places_lx(&places);
-        let mean = |(middle, corners): (&f64, &[usize; 4])| {
-            let sum: f64 = corners.iter().map(|&corner| light_lx[corner]).sum();
-            2.0 / 3.0 * middle + sum / 12.0
+        let mean = |(middle, neighbours): (&f64, &[usize; 4])| {
+            let sum: f64 = neighbours.iter().map(|&number| light_lx[number]).sum();
+            middle + (sum - 4.0 * middle) / 24.0
         };
-        light_lx.iter().zip(&corners).map(mean).collect()
+        light_lx.iter().zip(&neighbours).map(mean).collect()
     }
 
     fn at_places_lx(&self, places: &[DVec2]) -> Vec<f64> {
