@@ -2,7 +2,7 @@
 
 use isolux_photometry::{DistributionError, IntensityDistribution, direction};
 
-use crate::effects::{Act, PartLaw, Ray, Values};
+use crate::effects::{Act, DirectionFactor, PartLaw, Ray, Values};
 use crate::emitter::Emitter;
 use crate::lobe::Lobe;
 use crate::model::Model;
@@ -52,10 +52,10 @@ impl Model {
         IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)
     }
 
-    pub(crate) fn direction_laws(&self) -> Vec<(DirectionLaw, &Values)> {
+    pub(crate) fn direction_factors(&self) -> Vec<DirectionFactor> {
         self.acts()
             .filter_map(|(act, values)| match act {
-                Act::Direction(law) => Some((*law, values)),
+                Act::Direction(law) => Some(law(values)),
                 _ => None,
             })
             .collect()
@@ -64,7 +64,7 @@ impl Model {
     pub(crate) fn directions(&self) -> Directions<'_> {
         Directions {
             refined: self.refined(),
-            laws: self.direction_laws(),
+            factors: self.direction_factors(),
             sectors: self.sectors(),
             mean_cosine: self.luminaire().mean_cosine(),
         }
@@ -103,33 +103,33 @@ impl Model {
 /// Everything that changes the far field: the refit, the effects on directions, dimmed parts.
 pub(crate) struct Directions<'m> {
     refined: &'m Refined,
-    laws: Vec<(DirectionLaw, &'m Values)>,
+    factors: Vec<DirectionFactor>,
     sectors: Option<Sectors>,
     mean_cosine: f64,
 }
 
 impl Directions<'_> {
     fn are_unity(&self) -> bool {
-        self.laws.is_empty() && self.sectors.is_none() && self.refined.is_unity()
+        self.factors.is_empty() && self.sectors.is_none() && self.refined.is_unity()
     }
 
     /// Whether the factor depends on C.
     fn turn(&self) -> bool {
-        !self.laws.is_empty() || self.sectors.is_some() || self.refined.depends_on_c()
+        !self.factors.is_empty() || self.sectors.is_some() || self.refined.depends_on_c()
     }
 
     /// Factor on the intensity towards (C, γ).
     pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let mut factor = self.refined.factor(c_deg, gamma_deg);
-        if !self.laws.is_empty() || self.sectors.is_some() {
+        if !self.factors.is_empty() || self.sectors.is_some() {
             let ray = Ray {
                 c_deg,
                 gamma_deg,
                 direction: direction(c_deg, gamma_deg),
                 mean_cosine: self.mean_cosine,
             };
-            for (law, values) in &self.laws {
-                factor *= law(values, &ray);
+            for of_effect in &self.factors {
+                factor *= of_effect(&ray);
             }
             if let Some(sectors) = &self.sectors {
                 factor *= sectors.left_towards(ray.direction);
@@ -138,8 +138,6 @@ impl Directions<'_> {
         factor
     }
 }
-
-pub(crate) type DirectionLaw = fn(&Values, &Ray) -> f64;
 
 /// The angles of a grid and between them others, so that none are farther apart than `step`.
 fn with_steps(grid: &[f64], end: f64, step: f64) -> Vec<f64> {

@@ -24,9 +24,13 @@ const SMOOTHING: (usize, usize) = (4, 16);
 /// lobe is noise, and undoing an average makes it grow.
 const SMOOTHING_SHARE: f64 = 0.25;
 
+/// Steps of the lobe's table over sin(γ/2), a root of the cosine where γ is an arc cosine.
+const SINE_STEPS: usize = NODES * FINER;
+
 /// The lobe of one LED and the sum of all.
 #[derive(Debug, Clone)]
 pub struct Lobe {
+    /// At even steps of sin(γ/2).
     lobe: Vec<f64>,
     sum: Sum,
 }
@@ -60,17 +64,12 @@ impl Lobe {
         // What LEDs at these azimuths send to one γ left them at other angles from their own axes.
         let cos_azimuth: [f64; AZIMUTHS] =
             std::array::from_fn(|k| (std::f64::consts::PI * (k as f64 + 0.5) / AZIMUTHS as f64).cos());
-        let ring_deg = |gamma_deg: f64| {
+        let ring_cosines = |gamma_deg: f64| {
             let (sin_gamma, cos_gamma) = gamma_deg.to_radians().sin_cos();
-            cos_azimuth.map(|cos_azimuth| {
-                (cos * cos_gamma + sin * sin_gamma * cos_azimuth)
-                    .clamp(-1.0, 1.0)
-                    .acos()
-                    .to_degrees()
-            })
+            cos_azimuth.map(|cos_azimuth| (cos * cos_gamma + sin * sin_gamma * cos_azimuth).clamp(-1.0, 1.0))
         };
         let places: Vec<f64> = (0..NODES)
-            .flat_map(|i| ring_deg(i as f64 * STEP_DEG).map(|deg| deg / STEP_DEG))
+            .flat_map(|i| ring_cosines(i as f64 * STEP_DEG).map(|cosine| cosine.acos().to_degrees() / STEP_DEG))
             .collect();
         let sum_of = |lobe: &[f64]| -> Vec<f64> {
             (0..NODES)
@@ -100,15 +99,20 @@ impl Lobe {
                 *value *= smoothed(&ratio, index, half_width);
             }
         }
-        // Finer tables, so that the LEDs' shares add up to one between the angles of the fit, too.
-        let lobe = finer(&lobe);
+        // A finer table, so that the LEDs' shares add up to one between the angles of the fit, too.
+        let fine = finer(&lobe);
+        let at_sine = |index: usize| {
+            let half_deg = (index as f64 / SINE_STEPS as f64).asin().to_degrees();
+            linear(&fine, 2.0 * half_deg / FINE_DEG)
+        };
+        let lobe: Vec<f64> = (0..=SINE_STEPS).map(at_sine).collect();
         let sum = if on_circles {
             let sum_at = |index: usize| {
-                let places = ring_deg(index as f64 * FINE_DEG);
-                let ring: f64 = places.iter().map(|deg| linear(&lobe, deg / FINE_DEG)).sum();
-                upright * lobe[index] + (1.0 - upright) * ring / AZIMUTHS as f64
+                let own_cosines = ring_cosines(index as f64 * FINE_DEG);
+                let ring: f64 = own_cosines.iter().map(|cosine| at_cosine(&lobe, *cosine)).sum();
+                upright * fine[index] + (1.0 - upright) * ring / AZIMUTHS as f64
             };
-            Sum::Rotational((0..lobe.len()).map(sum_at).collect())
+            Sum::Rotational((0..fine.len()).map(sum_at).collect())
         } else {
             Sum::Grid(grid(&lobe, nodes)?)
         };
@@ -122,7 +126,7 @@ impl Lobe {
 
     /// As [`share`](Self::share), γ of the direction being known.
     pub(crate) fn share_at(&self, axis: DVec3, direction: DVec3, gamma_deg: f64) -> f64 {
-        let own = linear(&self.lobe, apart_deg(axis, direction) / FINE_DEG);
+        let own = at_cosine(&self.lobe, axis.dot(direction));
         let sum = match &self.sum {
             Sum::Rotational(sum) => linear(sum, gamma_deg / FINE_DEG),
             Sum::Grid(sum) => sum.intensity_cd_at(angles_deg(direction).0, gamma_deg),
@@ -135,8 +139,9 @@ impl Lobe {
     }
 }
 
-fn apart_deg(axis: DVec3, direction: DVec3) -> f64 {
-    axis.dot(direction).clamp(-1.0, 1.0).acos().to_degrees()
+/// The lobe at an angle of this cosine from its axis.
+fn at_cosine(lobe: &[f64], cosine: f64) -> f64 {
+    linear(lobe, (0.5 - 0.5 * cosine).clamp(0.0, 1.0).sqrt() * SINE_STEPS as f64)
 }
 
 fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
@@ -146,7 +151,7 @@ fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
     for c in &c_deg {
         for gamma in &gamma_deg {
             let direction = direction(*c, *gamma);
-            let of_node = |node: &Node| node.weight * linear(lobe, apart_deg(node.axis, direction) / FINE_DEG);
+            let of_node = |node: &Node| node.weight * at_cosine(lobe, node.axis.dot(direction));
             sum.push(nodes.iter().map(of_node).sum());
         }
     }

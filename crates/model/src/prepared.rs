@@ -5,9 +5,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_photometry::{angles_deg, polar_deg};
 
-use crate::effects::{Act, Ray, Values};
+use crate::effects::{Act, DirectionFactor, Ray, Values};
 use crate::emitter::{Emitter, Node};
-use crate::far_field::DirectionLaw;
 use crate::lobe::Lobe;
 use crate::luminaire::Luminaire;
 use crate::model::Model;
@@ -36,7 +35,7 @@ pub(crate) type SeenLight = Vec<NodeLight>;
 pub(crate) struct PreparedModel<'m> {
     model: &'m Model,
     luminaire: &'m Luminaire,
-    directions: Vec<(DirectionLaw, &'m Values)>,
+    directions: Vec<DirectionFactor>,
     paths: Vec<(PathLaw, &'m Values)>,
     nodes: Vec<Node>,
     centre: Node,
@@ -68,7 +67,7 @@ impl<'m> PreparedModel<'m> {
                 _ => None,
             })
             .collect();
-        let directions = model.direction_laws();
+        let directions = model.direction_factors();
         let plain = directions.is_empty() && model.refined().is_unity();
         let harmonic = model.refined().c_harmonics.iter().any(|h| h.amplitude_rel != 0.0);
         let around = !model.luminaire().distribution().is_rotational() || harmonic || !directions.is_empty();
@@ -111,8 +110,8 @@ impl<'m> PreparedModel<'m> {
                 direction: direction.normalize_or(DVec3::Z),
                 mean_cosine: self.model.luminaire().mean_cosine(),
             };
-            for (law, values) in &self.directions {
-                factor *= law(values, &ray);
+            for of_effect in &self.directions {
+                factor *= of_effect(&ray);
             }
         }
         factor

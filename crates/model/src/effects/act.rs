@@ -48,6 +48,9 @@ pub struct Ray {
     pub mean_cosine: f64,
 }
 
+/// A factor on the light of every direction, made ready for one set of values.
+pub type DirectionFactor = Box<dyn Fn(&Ray) -> f64 + Send + Sync>;
+
 /// What the detector's own response can depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectorView {
@@ -115,7 +118,7 @@ pub enum Act {
     /// The light comes from elsewhere: an emitter in place of a point or disc.
     Emitter(fn(&Values) -> Emitter),
     /// The luminaire shines otherwise in some directions: a factor.
-    Direction(fn(&Values, &Ray) -> f64),
+    Direction(fn(&Values) -> DirectionFactor),
     /// Parts of the emitter give less.
     Part(PartLaw),
     /// The lamp shines otherwise at some times: a factor at t in s, none where the time is not known.

@@ -4,7 +4,7 @@
 
 use crate::luminaire::lobe_cosine;
 
-use super::act::{Act, Ray, Values};
+use super::act::{Act, DirectionFactor, Ray, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude};
 
 pub(super) static SPEC: EffectSpec = EffectSpec {
@@ -24,8 +24,8 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     ..EffectSpec::NEUTRAL
 };
 
-fn widened(&[exponent, ..]: &Values, ray: &Ray) -> f64 {
-    (lobe_cosine(ray.direction.z) / ray.mean_cosine).powf(-exponent)
+fn widened(&[exponent, ..]: &Values) -> DirectionFactor {
+    Box::new(move |ray: &Ray| (lobe_cosine(ray.direction.z) / ray.mean_cosine).powf(-exponent))
 }
 
 #[cfg(test)]

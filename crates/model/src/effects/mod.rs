@@ -60,7 +60,8 @@ mod temp_coefficient;
 mod vignetting;
 
 pub use act::{
-    Act, Axes, DetectorView, Instrument, LampLaw, MOST_KEYS, Mounting, PairLaw, PartLaw, Pixel, Placement, Ray, Values,
+    Act, Axes, DetectorView, DirectionFactor, Instrument, LampLaw, MOST_KEYS, Mounting, PairLaw, PartLaw, Pixel,
+    Placement, Ray, Values,
 };
 pub use sentence::digits;
 pub use spec::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage};

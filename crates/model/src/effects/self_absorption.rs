@@ -2,7 +2,7 @@
 
 use isolux_photometry::direction;
 
-use super::act::{Act, Ray, Values};
+use super::act::{Act, DirectionFactor, Ray, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, azimuth_of, shape};
 
 pub(super) static SPEC: EffectSpec = EffectSpec {
@@ -29,8 +29,8 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
 /// Full width at half depth of a Gaussian over its standard deviation, √(8 ln 2).
 const FULL_WIDTH: f64 = 2.354_820_045_030_949;
 
-fn shadow(&[depth_rel, azimuth_deg, gamma_deg, width_deg]: &Values, ray: &Ray) -> f64 {
+fn shadow(&[depth_rel, azimuth_deg, gamma_deg, width_deg]: &Values) -> DirectionFactor {
     let width = width_deg.to_radians() / FULL_WIDTH;
-    let cos_apart = ray.direction.dot(direction(azimuth_deg, gamma_deg));
-    1.0 - depth_rel * ((cos_apart - 1.0) / (width * width)).exp()
+    let (middle, per_cosine) = (direction(azimuth_deg, gamma_deg), 1.0 / (width * width));
+    Box::new(move |ray: &Ray| 1.0 - depth_rel * ((ray.direction.dot(middle) - 1.0) * per_cosine).exp())
 }
