@@ -181,7 +181,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let in_file = stated["quantities"]["flux_lm"].as_f64().unwrap();
     assert!((in_file - flux).abs() < u, "{in_file} lm in the file, {flux} ± {u} lm");
 
-    // LED rings in place of an even disc of their diameter: 0.1 % on the axis, of 0.5 % that is stated for it.
+    // LED rings in place of an even disc of their diameter: 0.1 % on the axis, of 2.8 % that is not known of it.
     let comparison = folder.json("day/results/comparison.json");
     let gap = |key: &str| {
         comparison[key]
@@ -189,7 +189,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
             .unwrap_or_else(|| panic!("{key} in {comparison}"))
     };
     assert!(gap("gap_rel").abs() < 0.006, "{comparison}");
-    assert!((gap("luminous_area_rel") - 0.0199).abs() < 0.001, "{comparison}");
+    assert!((gap("luminous_area_rel") - 0.0284).abs() < 0.001, "{comparison}");
 
     // What the model predicts is what was read, kind by kind.
     let model = "day/results/luminaire.model.toml";

@@ -15,10 +15,13 @@ const RINGS: usize = 4;
 const CONCENTRATION: f64 = 0.5;
 /// LEDs that stand for a ring.
 const LEDS: usize = 12;
-/// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by up to some eight
-/// degrees, and the far field does not show by how much.
-const AIM_DEG: f64 = 4.0;
-/// Standard uncertainty of the square of the aim, in squares of [`AIM_DEG`]: √3 for a normal law.
+/// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by any angle of 0 to
+/// 10° (the range that `near_field` has, rms 10°/√3), and the far field does not show by how much; see [`aim_deg`].
+const AIM_DEG: f64 = 5.8;
+/// The same in shares of the angle at which a lobe has half its light: parts that lean by more than that make a beam with
+/// a hole in its middle.
+const AIM_OF_LOBE: f64 = 0.4;
+/// Standard uncertainty of the square of the aim, in squares of [`aim_deg`]: √3 for a normal law.
 const AIM_BEND: f64 = 1.732_050_807_568_877_2;
 /// The same of the aim along a diameter against that across it: twenty-four LEDs whose aims differ by 1.5°.
 const AIM_UNEVEN_DEG: f64 = 0.5;
@@ -38,8 +41,14 @@ const AROUND_ORDERS: [f64; 2] = [1.0, 2.0];
 pub fn luminous_area_rel(diameter_mm: f64, lobe_exponent: f64, distance_mm: f64) -> f64 {
     let reach = 0.5 * diameter_mm / distance_mm;
     let shares = 0.5 * (lobe_exponent + 3.0) * reach * reach / (12.0 * (1.0 + CONCENTRATION)).sqrt();
-    let aim = lobe_exponent * AIM_DEG.to_radians() * reach / 2_f64.sqrt();
+    let aim = lobe_exponent * aim_deg(lobe_exponent).to_radians() * reach / 2_f64.sqrt();
     shares.hypot(aim)
+}
+
+/// Standard uncertainty of the inward aim of parts whose lobe is cosⁿ, degrees.
+fn aim_deg(lobe_exponent: f64) -> f64 {
+    let half_deg = 0.5_f64.powf(1.0 / lobe_exponent).acos().to_degrees();
+    AIM_DEG.min(AIM_OF_LOBE * half_deg)
 }
 
 impl Model {
@@ -149,6 +158,7 @@ impl Model {
     /// them more than on the other, and its square.
     fn aim_errors(&self, diameter_mm: f64, measured: Option<&Measured>) -> Vec<KnownError> {
         let [inner_mm, outer_mm] = circles_mm(diameter_mm);
+        let u_deg = aim_deg(self.luminaire().distribution().lobe_exponent());
         let circle = |radius_mm: f64, aim_deg: f64| {
             let emitter = Emitter::Leds {
                 position_mm: Vec::new(),
@@ -161,18 +171,18 @@ impl Model {
         };
         let lean = |factor: f64, radius_mm: f64| {
             let half = 0.5 * factor;
-            [(half, circle(radius_mm, AIM_DEG)), (-half, circle(radius_mm, -AIM_DEG))]
+            [(half, circle(radius_mm, u_deg)), (-half, circle(radius_mm, -u_deg))]
         };
         let both = |inner: f64, outer: f64| [lean(inner, inner_mm), lean(outer, outer_mm)].concat();
         let bend = vec![
-            (0.5 * AIM_BEND, circle(outer_mm, AIM_DEG)),
-            (0.5 * AIM_BEND, circle(outer_mm, -AIM_DEG)),
+            (0.5 * AIM_BEND, circle(outer_mm, u_deg)),
+            (0.5 * AIM_BEND, circle(outer_mm, -u_deg)),
             (-AIM_BEND, circle(outer_mm, 0.0)),
         ];
         vec![
-            assumed("the inward aim of the parts", AIM_DEG, "°", both(0.5, 0.5)),
-            assumed("where the parts lean inwards", AIM_DEG, "°", both(-1.0, 1.0)),
-            assumed("the square of the inward aim", AIM_DEG, "°", bend),
+            assumed("the inward aim of the parts", u_deg, "°", both(0.5, 0.5)),
+            assumed("where the parts lean inwards", u_deg, "°", both(-1.0, 1.0)),
+            assumed("the square of the inward aim", u_deg, "°", bend),
         ]
     }
 }
