@@ -40,7 +40,8 @@ fn the_sensor_of_the_day_is_known_in_minutes_as_well_as_by_the_whole_scan() {
     folder.isolux(&["simulate", "scene.toml", "--pixels", "64,64", "--out", "light"], 0);
     let result = folder.json("light/result.json");
     let (mean, u) = (result["mean"].as_f64().unwrap(), result["u_mean"].as_f64());
-    // By the whole scan of the same room 4.29 ± 0.25 W/m² (k = 2), most of it where in the luminous area the light leaves.
+    // By the whole scan of the same room 4.29 ± 0.25 W/m² (k = 2), most of it from where in the luminous area the light
+    // leaves.
     let u = u.unwrap_or_else(|| panic!("{}", result["u_mean_missing"]));
     assert!((mean - 4.29).abs() < 0.02 && (u - 0.126).abs() < 0.01, "{mean} ± {u}");
 

@@ -6,6 +6,7 @@
 //!
 //! Frames: luminaire with the light centre at the origin, d(C, γ) = (sin γ cos C, sin γ sin C, cos γ); lengths in mm.
 
+mod angle_table;
 mod attitude;
 mod bench;
 mod direction_noise;

@@ -7,6 +7,7 @@
 use glam::DVec3;
 use isolux_photometry::{IntensityDistribution, angles_deg, direction, polar_deg};
 
+use crate::angle_table::{AngleTable, linear};
 use crate::emitter::Node;
 
 /// Step of the table of the lobe.
@@ -24,14 +25,13 @@ const SMOOTHING: (usize, usize) = (4, 16);
 /// lobe is noise, and undoing an average makes it grow.
 const SMOOTHING_SHARE: f64 = 0.25;
 
-/// Steps of the lobe's table over sin(γ/2), a root of the cosine where γ is an arc cosine.
+/// Steps of the finished table of the lobe.
 const SINE_STEPS: usize = NODES * FINER;
 
 /// The lobe of one LED and the sum of all.
 #[derive(Debug, Clone)]
 pub struct Lobe {
-    /// At even steps of sin(γ/2).
-    lobe: Vec<f64>,
+    lobe: AngleTable,
     sum: Sum,
 }
 
@@ -101,15 +101,11 @@ impl Lobe {
         }
         // A finer table, so that the LEDs' shares add up to one between the angles of the fit, too.
         let fine = finer(&lobe);
-        let at_sine = |index: usize| {
-            let half_deg = (index as f64 / SINE_STEPS as f64).asin().to_degrees();
-            linear(&fine, 2.0 * half_deg / FINE_DEG)
-        };
-        let lobe: Vec<f64> = (0..=SINE_STEPS).map(at_sine).collect();
+        let lobe = AngleTable::of(SINE_STEPS, |gamma_deg| linear(&fine, gamma_deg / FINE_DEG));
         let sum = if on_circles {
             let sum_at = |index: usize| {
                 let own_cosines = ring_cosines(index as f64 * FINE_DEG);
-                let ring: f64 = own_cosines.iter().map(|cosine| at_cosine(&lobe, *cosine)).sum();
+                let ring: f64 = own_cosines.iter().map(|cosine| lobe.at_cosine(*cosine)).sum();
                 upright * fine[index] + (1.0 - upright) * ring / AZIMUTHS as f64
             };
             Sum::Rotational((0..fine.len()).map(sum_at).collect())
@@ -126,12 +122,12 @@ impl Lobe {
 
     /// As [`share`](Self::share), γ of the direction being known.
     pub(crate) fn share_at(&self, axis: DVec3, direction: DVec3, gamma_deg: f64) -> f64 {
-        let own = at_cosine(&self.lobe, axis.dot(direction));
+        let own = self.lobe.at_cosine(axis.dot(direction));
         let sum = match &self.sum {
             Sum::Rotational(sum) => linear(sum, gamma_deg / FINE_DEG),
             Sum::Grid(sum) => sum.intensity_cd_at(angles_deg(direction).0, gamma_deg),
         };
-        if sum > 1e-9 * self.lobe[0].abs() {
+        if sum > 1e-9 * self.lobe.first().abs() {
             own / sum
         } else {
             1.0
@@ -139,19 +135,14 @@ impl Lobe {
     }
 }
 
-/// The lobe at an angle of this cosine from its axis.
-fn at_cosine(lobe: &[f64], cosine: f64) -> f64 {
-    linear(lobe, (0.5 - 0.5 * cosine).clamp(0.0, 1.0).sqrt() * SINE_STEPS as f64)
-}
-
-fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
+fn grid(lobe: &AngleTable, nodes: &[Node]) -> Option<IntensityDistribution> {
     let c_deg: Vec<f64> = (0..72).map(|i| 5.0 * i as f64).collect();
     let gamma_deg: Vec<f64> = (0..=180).map(f64::from).collect();
     let mut sum = Vec::with_capacity(c_deg.len() * gamma_deg.len());
     for c in &c_deg {
         for gamma in &gamma_deg {
             let direction = direction(*c, *gamma);
-            let of_node = |node: &Node| node.weight * at_cosine(lobe, node.axis.dot(direction));
+            let of_node = |node: &Node| node.weight * lobe.at_cosine(node.axis.dot(direction));
             sum.push(nodes.iter().map(of_node).sum());
         }
     }
@@ -197,12 +188,6 @@ fn finer(table: &[f64]) -> Vec<f64> {
         b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
     };
     (0..=(NODES - 1) * FINER).map(|index| between(index).max(0.0)).collect()
-}
-
-/// Linear between the entries of a table, `place` in steps.
-fn linear(table: &[f64], place: f64) -> f64 {
-    let cell = (place as usize).min(table.len() - 2);
-    table[cell] + (place - cell as f64) * (table[cell + 1] - table[cell])
 }
 
 #[cfg(test)]

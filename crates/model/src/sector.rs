@@ -3,6 +3,7 @@
 use glam::DVec3;
 use isolux_photometry::{IntensityDistribution, angles_deg};
 
+use crate::angle_table::AngleTable;
 use crate::emitter::{Emitter, Node};
 
 /// The radius of the ring that stands for the LEDs of a luminaire whose emitter is a point.
@@ -16,8 +17,8 @@ const LOBE_STEPS: usize = 360;
 /// The parts of an emitter with what each still gives.
 pub struct Sectors {
     parts: Vec<(Node, f64)>,
-    /// The lobe of a part, mean over C, at even steps of sin(γ/2): a root finds the place where an arc cosine would.
-    lobe: Vec<f64>,
+    /// The lobe of a part, mean over C.
+    lobe: AngleTable,
 }
 
 impl Sectors {
@@ -56,9 +57,7 @@ impl Sectors {
         };
         Self {
             parts,
-            lobe: (0..=LOBE_STEPS)
-                .map(|k| mean(2.0 * (k as f64 / LOBE_STEPS as f64).asin().to_degrees()))
-                .collect(),
+            lobe: AngleTable::of(LOBE_STEPS, mean),
         }
     }
 
@@ -89,10 +88,7 @@ impl Sectors {
         for (node, given) in &self.parts {
             let (path, share) = path(node);
             let cosine = path.dot(node.axis) / path.length();
-            let place = (0.5 - 0.5 * cosine).clamp(0.0, 1.0).sqrt() * LOBE_STEPS as f64;
-            let cell = (place as usize).min(LOBE_STEPS - 1);
-            let intensity = self.lobe[cell] + (place - cell as f64) * (self.lobe[cell + 1] - self.lobe[cell]);
-            let light = node.weight * intensity.max(0.0) * share;
+            let light = node.weight * self.lobe.at_cosine(cosine).max(0.0) * share;
             left += given * light;
             whole += light;
         }

@@ -15,11 +15,11 @@ const RINGS: usize = 4;
 const CONCENTRATION: f64 = 0.5;
 /// LEDs that stand for a ring.
 const LEDS: usize = 12;
-/// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by any angle of 0 to
-/// 10° (the range that `near_field` has, rms 10°/√3), and the far field does not show by how much; see [`aim_deg`].
+/// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by any angle of 0
+/// to 10° (the range that `near_field` has, rms 10°/√3), and the far field does not show by how much; see [`aim_deg`].
 const AIM_DEG: f64 = 5.8;
-/// The same in shares of the angle at which a lobe has half its light: parts that lean by more than that make a beam with
-/// a hole in its middle.
+/// At most, in shares of the angle at which a lobe has half its light: parts that lean by much more make a beam with a
+/// hole in its middle. By hand.
 const AIM_OF_LOBE: f64 = 0.4;
 /// Standard uncertainty of the square of the aim, in squares of [`aim_deg`]: √3 for a normal law.
 const AIM_BEND: f64 = 1.732_050_807_568_877_2;
