@@ -11,7 +11,6 @@ mod spectrum;
 
 use isolux_photometry::IntensityDistribution;
 
-use crate::luminaire::Luminaire;
 use crate::model::Model;
 use crate::refined::Refined;
 
@@ -127,9 +126,7 @@ impl Model {
             .map(|((c, gamma), cd)| law(c, gamma, *cd))
             .collect();
         let moved = IntensityDistribution::new(cs.to_vec(), gammas.to_vec(), values).ok()?;
-        let luminaire = self.luminaire();
-        let (emitter, spectral) = (luminaire.emitter().clone(), luminaire.spectral().clone());
-        Some(self.with_luminaire(Luminaire::new(moved, emitter, spectral)))
+        Some(self.with_luminaire(self.luminaire().with_grid(moved)))
     }
 }
 

@@ -106,6 +106,7 @@ pub struct Luminaire {
     distribution: Arc<IntensityDistribution>,
     /// Bilinear between its directions, which are the distribution's own and for a smooth interpolation more.
     grid: Arc<IntensityDistribution>,
+    interpolation: Interpolation,
     emitter: Emitter,
     /// The emitter of the file, where `emitter` was put in its place.
     stated_emitter: Emitter,
@@ -131,13 +132,15 @@ impl Luminaire {
         spectral: Spectral,
     ) -> Self {
         let grid = interpolation.grid_of(&distribution, &not_known);
-        Self::on_grid(distribution, grid, emitter, spectral)
+        Self::on_grid(distribution, grid, interpolation, emitter, spectral)
     }
 
-    /// A luminaire whose light is bilinear on `grid`, which has the directions of `distribution`.
+    /// A luminaire whose light is bilinear on `grid`, which has the directions of `distribution` and stands for this
+    /// interpolation of it.
     pub(crate) fn on_grid(
         distribution: IntensityDistribution,
         grid: IntensityDistribution,
+        interpolation: Interpolation,
         emitter: Emitter,
         spectral: Spectral,
     ) -> Self {
@@ -146,6 +149,7 @@ impl Luminaire {
             mean_cosine: mean_cosine(&grid),
             distribution: Arc::new(distribution),
             grid: Arc::new(grid),
+            interpolation,
             stated_emitter: emitter.clone(),
             emitter,
             spectral,
@@ -154,6 +158,12 @@ impl Luminaire {
             floor: FloorMemory::default(),
             seen: SeenMemory::default(),
         }
+    }
+
+    /// The same luminaire with another grid, which has all directions of its distribution then.
+    pub(crate) fn with_grid(&self, grid: IntensityDistribution) -> Self {
+        let (emitter, spectral) = (self.emitter.clone(), self.spectral.clone());
+        Self::on_grid(grid.clone(), grid, self.interpolation, emitter, spectral)
     }
 
     /// The same light from another emitter, its far field multiplied by `factor` in each direction.
@@ -176,6 +186,11 @@ impl Luminaire {
     /// interpolation is smooth. Of a luminaire whose emitter was exchanged it lacks the factor.
     pub fn grid(&self) -> &IntensityDistribution {
         &self.grid
+    }
+
+    /// Whether the light has no edges at the directions of the file.
+    pub(crate) fn is_smooth(&self) -> bool {
+        self.interpolation == Interpolation::Smooth
     }
 
     /// Geometric mean of cos γ over the luminous flux, of directions beyond 85° as if they were there: where a wider or

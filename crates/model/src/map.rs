@@ -215,10 +215,17 @@ struct Bench<'a> {
     size_mm: DVec2,
     /// The light in the middle of a bin is that of the whole bin.
     point_like: bool,
+    /// The light has no edges at the directions of the file.
+    smooth: bool,
 }
 
 /// A place within this share of a bin of its middle is the middle.
 const SHARED: f64 = 1e-9;
+/// Gauss–Legendre of order 2 along both sides, from the middle of a bin, in bins: 1/√12.
+const INSIDE: [[f64; 2]; 4] = {
+    const AT: f64 = 0.288_675_134_594_812_9;
+    [[-AT, -AT], [AT, -AT], [-AT, AT], [AT, AT]]
+};
 /// Of a bin: before, after, below, above, in bins.
 const NEIGHBOURS: [[isize; 2]; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
 
@@ -255,18 +262,29 @@ impl<'a> Bench<'a> {
             bins: [nx, ny],
             size_mm,
             point_like: reach * reach < POINT_LIKE,
+            smooth: prepared.is_smooth(),
         }
     }
 
     /// Mean over every bin (its middle and its place among the bins) of the lamp's illuminance times the sensor's
     /// factors, the lamp being stable.
     ///
-    /// The mean is the middle and 1/24 of the second differences along x and y: exact for cubic light. Most of the
-    /// neighbours are bins themselves.
+    /// Of a smooth luminaire the mean is the middle and 1/24 of the second differences along x and y: exact for cubic
+    /// light, and most of the neighbours are bins themselves. One that is linear between its directions has edges there,
+    /// which second differences would carry into the bins beside them: its mean is taken within the bin.
     fn lamp_lx(&self, bins: impl Iterator<Item = (DVec2, [usize; 2])>) -> Vec<f64> {
         let (middles, bins): (Vec<DVec2>, Vec<[usize; 2]>) = bins.unzip();
         if self.point_like {
             return self.at_places_lx(&middles);
+        }
+        if !self.smooth {
+            let within = |middle: &DVec2| INSIDE.map(|from| *middle + self.bin_mm * DVec2::from_array(from));
+            let places: Vec<DVec2> = middles.iter().flat_map(within).collect();
+            let light_lx = self.at_places_lx(&places);
+            return light_lx
+                .chunks_exact(INSIDE.len())
+                .map(|of_bin| of_bin.iter().sum::<f64>() / 4.0)
+                .collect();
         }
         let mut places = middles;
         // With one bin more on each side.

@@ -185,14 +185,15 @@ impl Model {
             effects.push(effect);
         }
         let u_cd = |cd: f64| document.u.as_ref().map_or(0.0, |u| u.of_direction_cd(cd));
-        let grid = document.interpolation.grid_of(&distribution, &u_cd);
+        let interpolation = document.interpolation;
+        let grid = interpolation.grid_of(&distribution, &u_cd);
         let smoothed_spectrum = match (&spectral, document.u.as_ref().and_then(|u| u.spectrum.as_ref())) {
             (Spectral::Spectrum(spectrum), Some(u)) => SmoothedSpectrum::new(spectrum, u).map(Arc::new),
             _ => None,
         };
         let model = Self {
             smoothed_spectrum,
-            luminaire: Arc::new(Luminaire::on_grid(distribution, grid, emitter, spectral)),
+            luminaire: Arc::new(Luminaire::on_grid(distribution, grid, interpolation, emitter, spectral)),
             refined,
             effects,
             document: Arc::new(document),

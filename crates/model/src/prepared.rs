@@ -91,6 +91,11 @@ impl<'m> PreparedModel<'m> {
         }
     }
 
+    /// Whether the light has no edges at the directions of the file.
+    pub fn is_smooth(&self) -> bool {
+        self.luminaire.is_smooth()
+    }
+
     /// C, where anything depends on it, and γ.
     fn angles_deg(&self, direction: DVec3) -> (f64, f64) {
         if self.around {

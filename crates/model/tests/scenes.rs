@@ -44,13 +44,13 @@ fn as_maps(scene: &Scene, unit: &str) -> MapSet {
 #[test]
 fn predicted_maps_are_the_reference() {
     let Some(scenes) = scenes() else { return };
-    // The interpolant has corners at the grid's angles, which second differences between pixels do not meet exactly;
+    // The interpolant has corners at the grid's angles, which one to four nodes a pixel and a disc do not meet exactly;
     // `simulate` does.
     for (name, unit, within) in [
         ("ring-paper-tilt", "W/m2", 1e-4),
-        ("tilted-pose", "lx", 5e-4),
-        ("isym3-45", "W/m2", 2e-3),
-        ("uneven-grid", "lx", 5e-3),
+        ("tilted-pose", "lx", 3e-4),
+        ("isym3-45", "W/m2", 1e-3),
+        ("uneven-grid", "lx", 2e-3),
     ] {
         let scene = Scene::load(&scenes.join(name).join("scene.toml")).unwrap();
         let predicted = scene.model.predict_maps(&as_maps(&scene, unit));
@@ -67,7 +67,7 @@ fn predicted_maps_are_the_reference() {
         let mean = predicted.iter().sum::<f64>() / reference.iter().sum::<f64>() - 1.0;
         println!("{name}: worst pixel {worst:.1e}, mean {mean:.1e}");
         assert!(
-            worst < within && mean.abs() < 5e-5,
+            worst < within && mean.abs() < 2e-5,
             "{name}: worst {worst}, mean {mean}"
         );
     }
