@@ -211,7 +211,8 @@ impl Given {
         }
         let assumed = AssumedModel::new(model.clone(), parts);
         let parameters = assumed.nuisances();
-        if rows.len() <= parameters + 2 {
+        let alone = parameters == 0 && model.u_scale() == UncertaintyScale::Stated;
+        if rows.len() <= parameters + 2 && !alone {
             return Err(DiagnoseError::TooFew {
                 rows: rows.len(),
                 parameters,

@@ -1,16 +1,23 @@
-//! The comparison on the axis: what the spectroradiometer read on the axis against what the simulation says there.
+//! The comparison on the axis: what the spectroradiometer read on the axis against what the model says there.
 //!
 //! The distribution was measured with the lux meter far away, the spectrum with another instrument close by. Their
-//! agreement tests near field, distance and calibration at once, and no part of it was fitted.
+//! agreement tests near field, distance and calibration at once, and no part of it was fitted. It is the diagnosis of
+//! one reading: what the model knows of itself, the verdict and the causes are those of any other.
 
-use isolux_model::luminous_area_rel;
+use isolux_model::Model;
+use isolux_record::observation::{Observations, ReadingCoordinates, ReadingRow, Readings};
+use isolux_record::{Quality, ReadingKind};
 use isolux_reduce::{NEAR_FIELD_AT_SENSOR, Reduction, no_uncertainty};
 use isolux_units::digits::{significant, stated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A gap beyond this many standard uncertainties is a disagreement.
-const DISAGREES_SIGMA: f64 = 2.0;
+use crate::assumed::{AssumedModel, Part};
+use crate::calibration::SIGNIFICANCE;
+use crate::diagnosis::{DiagnoseError, diagnose};
+use crate::document::{Document, KnownEntry, Verdict};
+use crate::forward::Forward;
+use crate::search::Settings;
 
 /// Measured and simulated irradiance on the axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -21,18 +28,48 @@ pub struct Comparison {
     pub measured_w_m2: Stated,
     /// The same in lx.
     pub measured_lx: Stated,
-    /// Simulated irradiance with the model's emitter, in W/m².
+    /// Irradiance with the model's emitter, in W/m²; its uncertainty is what the model knows of itself.
     pub simulated_w_m2: Stated,
     /// The same in lx.
     pub simulated_lx: Stated,
     /// (simulated − measured)/measured.
     pub gap_rel: f64,
+    /// The gap in standard uncertainties of the measurement alone: of the model as it was given.
+    pub as_given_sigma: Option<f64>,
     /// The gap in standard uncertainties of the difference; null where something is missing in them.
     pub gap_sigma: Option<f64>,
     /// What is missing in them, one phrase each.
     pub missing: Vec<String>,
-    /// Relative standard uncertainty by where in the luminous area the light leaves; in the σ above.
-    pub luminous_area_rel: f64,
+    /// What the diagnosis says; null where something is missing in the uncertainties.
+    pub finding: Option<Finding>,
+}
+
+/// What the diagnosis of the one reading says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Finding {
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// Probability of so large a gap under noise and what the model knows of itself.
+    pub p_global: f64,
+    /// The answer in plain words, with every effect that could make the gap.
+    pub plain: String,
+    /// What the model's file knows of itself, and where the reading puts it.
+    pub known: Vec<KnownEntry>,
+}
+
+impl Finding {
+    fn of(document: Document, p_global: f64) -> Self {
+        Self {
+            verdict: document.verdict,
+            p_global,
+            plain: document.plain,
+            known: document.known,
+        }
+    }
+
+    fn disagrees(&self) -> bool {
+        self.verdict != Verdict::Consistent || self.p_global <= SIGNIFICANCE
+    }
 }
 
 impl Comparison {
@@ -47,6 +84,7 @@ impl Comparison {
             self.simulated_lx.text("lx"),
         )];
         lines.push(format!("gap                   {}", self.gap_text()));
+        lines.extend(self.causes().map(|causes| format!("found                 {causes}")));
         lines
     }
 
@@ -58,35 +96,33 @@ impl Comparison {
         }
     }
 
-    fn disagrees(&self) -> bool {
-        self.gap_sigma.is_some_and(|sigma| sigma.abs() > DISAGREES_SIGMA)
+    /// What could make the gap, where it is a disagreement.
+    pub fn causes(&self) -> Option<&str> {
+        let finding = self
+            .finding
+            .as_ref()
+            .filter(|finding| finding.verdict != Verdict::Consistent)?;
+        Some(&finding.plain)
     }
 
-    /// The finding in one sentence, and whether all is well.
+    /// The verdict in one sentence, and whether all is well.
     pub fn verdict(&self) -> (String, bool) {
-        let gap = gap_words(self.gap_rel, self.gap_sigma);
-        match self.disagrees() {
-            _ if self.gap_sigma.is_none() => (
+        let (at_mm, gap) = (self.distance_mm, gap_words(self.gap_rel, self.gap_sigma));
+        match &self.finding {
+            None => (
                 format!(
-                    "Simulation and measurement differ on the axis at {:.0} mm by {gap}; whether they agree cannot be said, {}.",
-                    self.distance_mm,
+                    "Simulation and measurement differ on the axis at {at_mm:.0} mm by {gap}; whether they agree cannot be said, {}.",
                     no_uncertainty(&self.missing)
                 ),
                 false,
             ),
-            false => (
-                format!(
-                    "Simulation and measurement agree on the axis at {:.0} mm: {gap}.",
-                    self.distance_mm
-                ),
-                true,
-            ),
-            true => (
-                format!(
-                    "Simulation and measurement disagree on the axis at {:.0} mm by {gap}.",
-                    self.distance_mm
-                ),
+            Some(finding) if finding.disagrees() => (
+                format!("Simulation and measurement disagree on the axis at {at_mm:.0} mm by {gap}."),
                 false,
+            ),
+            Some(_) => (
+                format!("Simulation and measurement agree on the axis at {at_mm:.0} mm: {gap}."),
+                true,
             ),
         }
     }
@@ -98,49 +134,86 @@ pub fn gap_words(gap_rel: f64, sigma: Option<f64>) -> String {
     format!("{:+.2} %{sigma}", 100.0 * gap_rel)
 }
 
-/// Compares; none without a spectrum. `simulated_w_m2` is the irradiance at a distance in mm on the axis by the model of
-/// the day, whose luminous area has this diameter.
+/// Compares; none without a spectrum. `model` is that of the day.
 ///
 /// # Errors
-/// What `simulated_w_m2` refuses.
-pub fn on_axis<E>(
-    reduction: &Reduction,
-    luminous_diameter_mm: Option<f64>,
-    simulated_w_m2: impl Fn(f64) -> Result<f64, E>,
-) -> Result<Option<Comparison>, E> {
+/// [`DiagnoseError`].
+pub fn on_axis(model: &Model, reduction: &Reduction) -> Result<Option<Comparison>, DiagnoseError> {
     let Some(spectral) = &reduction.spectral else {
         return Ok(None);
     };
-    let distance_mm = spectral.distance_mm;
-    let simulated = simulated_w_m2(distance_mm)?;
-    let (measured, measured_lx) = (&spectral.irradiance, &spectral.illuminance);
-    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx. What the
-    // model leaves open of the luminous area counts at the short distance.
-    let far = reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
-    let area_rel = luminous_diameter_mm.map_or(0.0, |diameter_mm| {
-        luminous_area_rel(diameter_mm, reduction.grid.distribution.lobe_exponent(), distance_mm)
-    });
-    let simulated_rel = far.u_rel().map(|far| far.hypot(area_rel));
-    let u_rel = simulated_rel
-        .zip(measured_lx.u_rel())
-        .map(|(simulated, measured)| simulated.hypot(measured));
-    let missing = far.lacking(measured_lx.missing.iter().cloned()).missing;
-    let gap_rel = simulated / measured.value - 1.0;
-    let ler = measured_lx.value / measured.value;
-    let stated = |value: f64, u_rel: Option<f64>| Stated {
-        value,
-        u: u_rel.map(|u_rel| value * u_rel),
+    // The lux meter and its reading chain are not what read this.
+    let others = model.effects().iter().filter(|effect| !effect.spec().is_of_lux_meter());
+    let model = model.with_effects(others.cloned().collect());
+    let at = ReadingCoordinates {
+        kind: ReadingKind::Lit,
+        time_s: spectral.time_s,
+        lamp_s: spectral.lamp_s,
+        c_deg: spectral.c_deg,
+        gamma_deg: 0.0,
+        distance_mm: spectral.distance_mm,
+        travel: 0,
+        range: None,
+        ambient_c: None,
     };
+    let assumed = AssumedModel::new(model.clone(), vec![Part::Readings(vec![at])]);
+    let simulated_lx = model.predict_reading(&at);
+    let (measured, measured_lx) = (&spectral.irradiance, &spectral.illuminance);
+    let of_known: f64 = Forward::known(&assumed)
+        .iter()
+        .map(|one| one.column.norm_squared())
+        .sum();
+    let of_directions: f64 = assumed.common_errors().iter().flatten().map(|(_, lx)| lx * lx).sum();
+    let far = reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
+    let u_model_lx = far.u_rel().map(|_| (of_known + of_directions).sqrt());
+    let u_lx = measured_lx.u_rel().map(|u_rel| u_rel * measured_lx.value);
+    let missing = far.lacking(measured_lx.missing.iter().cloned()).missing;
+    let finding = match u_model_lx.and(u_lx) {
+        Some(u_lx) => {
+            let row = ReadingRow {
+                line: 1,
+                index: None,
+                block: String::new(),
+                at,
+                illuminance_lx: Some(measured_lx.value),
+                u_lx: Some(u_lx),
+                quality: Quality::Ok,
+            };
+            let observations = [Observations::Readings(Readings::of(vec![row]))];
+            let document = diagnose(&model, &observations, None, "", &Settings::default())?.document;
+            let p_global = document.noise.p_global.unwrap_or(1.0);
+            Some(Finding::of(document, p_global))
+        }
+        None => None,
+    };
+    let ler = measured_lx.value / measured.value;
+    let gap_lx = simulated_lx - measured_lx.value;
     Ok(Some(Comparison {
-        distance_mm,
-        measured_w_m2: stated(measured.value, measured.u_rel()),
-        measured_lx: stated(measured_lx.value, measured_lx.u_rel()),
-        simulated_w_m2: stated(simulated, simulated_rel),
-        simulated_lx: stated(simulated * ler, simulated_rel),
-        gap_rel,
-        gap_sigma: u_rel.map(|u_rel| gap_rel / u_rel),
+        distance_mm: spectral.distance_mm,
+        measured_w_m2: Stated {
+            value: measured.value,
+            u: measured.u_rel().map(|u_rel| u_rel * measured.value),
+        },
+        measured_lx: Stated {
+            value: measured_lx.value,
+            u: u_lx,
+        },
+        // Both sides in W/m² rest on the same spectrum, whose efficacy cancels.
+        simulated_w_m2: Stated {
+            value: simulated_lx / ler,
+            u: u_model_lx.map(|u| u / ler),
+        },
+        simulated_lx: Stated {
+            value: simulated_lx,
+            u: u_model_lx,
+        },
+        gap_rel: gap_lx / measured_lx.value,
+        as_given_sigma: u_lx.map(|u_lx| gap_lx / u_lx),
+        gap_sigma: u_lx
+            .zip(u_model_lx)
+            .map(|(u_lx, u_model_lx)| gap_lx / u_lx.hypot(u_model_lx)),
         missing,
-        luminous_area_rel: area_rel,
+        finding,
     }))
 }
 

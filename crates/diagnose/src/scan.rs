@@ -66,8 +66,8 @@ pub struct Scan {
     pub seen: Vec<Seen>,
     /// The residual along every direction.
     z: Vec<f64>,
-    /// Readings less everything that was projected out when the noise was estimated.
-    freedom: f64,
+    /// Readings less everything that was projected out when the noise was estimated; none where it is as stated.
+    freedom: Option<f64>,
 }
 
 /// A candidate that the data can see.
@@ -102,14 +102,15 @@ impl Scan {
     /// Projects `out` out of the `whitened` dictionary, orthonormalises each candidate and looks at the whitened
     /// `residual` in units of its own noise.
     ///
-    /// `scale` is the noise in units of the whitened rows; `freedom` the rows less what was fitted to find it.
+    /// `scale` is the noise in units of the whitened rows; `freedom` the rows less what was fitted to find it, none
+    /// where it was not fitted.
     pub fn new(
         whitened: Whitened<'_>,
         candidates: Vec<Candidate>,
         out: Basis,
         residual: &DVector<f64>,
         scale: f64,
-        freedom: f64,
+        freedom: Option<f64>,
     ) -> Self {
         let rows = residual.len();
         let mut scan = Self {

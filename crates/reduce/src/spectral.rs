@@ -30,6 +30,10 @@ pub struct SpectralResult {
     pub distance_mm: f64,
     /// Half-plane in which it was read.
     pub c_deg: f64,
+    /// Middle of the readings in seconds since the run began.
+    pub time_s: Option<f64>,
+    /// The same since the lamp was switched on.
+    pub lamp_s: Option<f64>,
     /// What all its values share.
     pub shared: SharedErrors,
     /// Luminous efficacy of radiation.
@@ -143,8 +147,16 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
     Ok(Some(SpectralResult {
         u_expected_w_m2_nm: root(expected),
         c_deg: first.c_deg,
+        time_s: middle(records.iter().map(|record| record.time_s)),
+        lamp_s: middle(records.iter().map(|record| record.lamp_s)),
         ..result(spectrum, root(variance), first.distance_mm, &known)
     }))
+}
+
+/// The mean of times, all of which are known.
+fn middle(times: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
+    let count = times.len() as f64;
+    times.sum::<Option<f64>>().map(|sum| sum / count)
 }
 
 fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Known) -> SpectralResult {
@@ -195,6 +207,8 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
         u_w_m2_nm,
         distance_mm,
         c_deg: 0.0,
+        time_s: None,
+        lamp_s: None,
         shared: known.shared(),
     }
 }

@@ -1,7 +1,7 @@
 //! The sensor lit by the luminaire of a day, and its axis beside what the spectroradiometer read.
 
 use camino::Utf8Path;
-use isolux_diagnose::on_axis::{self, Comparison};
+use isolux_diagnose::on_axis::on_axis;
 use isolux_model::Model;
 use isolux_record::Run;
 use isolux_reduce::Reduction;
@@ -46,7 +46,7 @@ pub(super) fn light(
         .spectral
         .as_ref()
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
-    let comparison = compared(&model, &run, &reduction)?;
+    let comparison = on_axis(&model, &reduction).map_err(Failure::bad_input)?;
     Ok(DayResults {
         run,
         reduction,
@@ -59,18 +59,4 @@ pub(super) fn light(
         undiagnosed: None,
         stale: Vec::new(),
     })
-}
-
-/// What the spectroradiometer read on the axis against what the model of the day says there.
-fn compared(model: &Model, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
-    // One pixel, small against everything, where the instrument's reference plane meets the axis.
-    let simulated_w_m2 = |distance_mm: f64| -> Result<f64, Failure> {
-        let mut scene = scene::of_the_published_case(model)?;
-        scene.sensor.pose.distance_mm = distance_mm;
-        scene.sensor.size_mm = [0.1, 0.1];
-        scene.sensor.pixels = [1, 1];
-        Ok(simulate::solve(&scene, Method::Inverse)?.facts.mean)
-    };
-    let luminous_diameter_mm = run.header.station.lamp().and_then(|lamp| lamp.diameter_mm);
-    on_axis::on_axis(reduction, luminous_diameter_mm, simulated_w_m2)
 }

@@ -134,7 +134,7 @@ impl Scan {
 ///
 /// White unit noise is drawn, because the whitened residual is that; its serial correlation is as far from the fitted
 /// `rho` as that is uncertain, for smooth patterns live where a correlation that was underestimated leaves noise; the
-/// scale is as uncertain as the fitted one, and what would have been fitted to noise of that correlation.
+/// scale, where it was fitted, is as uncertain as that, and what would have been fitted to noise of that correlation.
 struct Noise<'a> {
     seed: u64,
     sequence: &'a Sequence,
@@ -142,12 +142,12 @@ struct Noise<'a> {
     u_rho: f64,
     variance_at: [f64; 2],
     rows: usize,
-    freedom: f64,
-    scale: Option<ChiSquared<f64>>,
+    /// The law of a fitted variance, and its degrees of freedom; none where the scale was not fitted.
+    scale: Option<(ChiSquared<f64>, f64)>,
 }
 
 impl<'a> Noise<'a> {
-    fn new(seed: u64, sequence: &'a Sequence, noise: &whitening::Noise, rows: usize, freedom: f64) -> Self {
+    fn new(seed: u64, sequence: &'a Sequence, noise: &whitening::Noise, rows: usize, freedom: Option<f64>) -> Self {
         let (rho, u_rho) = (noise.rho, noise.u_rho);
         Self {
             seed,
@@ -156,8 +156,7 @@ impl<'a> Noise<'a> {
             u_rho,
             variance_at: noise.variance_at,
             rows,
-            freedom,
-            scale: ChiSquared::new(freedom.max(1.0)).ok(),
+            scale: freedom.and_then(|freedom| Some((ChiSquared::new(freedom.max(1.0)).ok()?, freedom))),
         }
     }
 
@@ -210,8 +209,8 @@ impl<'a> Noise<'a> {
             *target = value as f32;
         }
         match &self.scale {
-            Some(law) => variance * law.sample(&mut rng) / self.freedom,
-            None => variance,
+            Some((law, freedom)) => variance * law.sample(&mut rng) / freedom,
+            None => 1.0,
         }
     }
 }
@@ -247,7 +246,14 @@ mod tests {
             1e-9,
         );
         let residual = DVector::from_fn(rows, |i, _| ((i * 7919) % 1013) as f64 / 506.0 - 1.0);
-        let scan = Scan::new(&whitened, candidates.clone(), out.clone(), &residual, 1.0, rows as f64);
+        let scan = Scan::new(
+            &whitened,
+            candidates.clone(),
+            out.clone(),
+            &residual,
+            1.0,
+            Some(rows as f64),
+        );
         assert!(scan.blocks.len() > 3, "{} blocks", scan.blocks.len());
         for (one, found) in scan.look().iter().enumerate() {
             let alone = Scan::new(
@@ -256,7 +262,7 @@ mod tests {
                 out.clone(),
                 &residual,
                 1.0,
-                rows as f64,
+                Some(rows as f64),
             );
             let explained = alone.look()[0].explained;
             assert!(
@@ -273,7 +279,7 @@ mod tests {
             variance_at: [1.01, 0.99],
             weights: Vec::new(),
         };
-        let noise = Noise::new(3, &sequence, &correlated, rows, rows as f64);
+        let noise = Noise::new(3, &sequence, &correlated, rows, Some(rows as f64));
         let together = scan.in_groups(&whitened, 20, &noise, 1000);
         let apart = scan.in_groups(&whitened, 20, &noise, 40);
         for (a, b) in together.iter().zip(&apart) {

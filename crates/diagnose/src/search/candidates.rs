@@ -31,7 +31,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             .collect();
         let residual = &fitted.residual / self.noise.scale;
         let whitened = |numbers: &[usize]| self.whitened(numbers);
-        Scan::new(&whitened, kept, out, &residual, self.noise.scale, self.freedom)
+        let freedom = self.problem.settings.fit_scale.then_some(self.freedom);
+        Scan::new(&whitened, kept, out, &residual, self.noise.scale, freedom)
     }
 
     /// The whitened columns of one candidate.

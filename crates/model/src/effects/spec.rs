@@ -253,6 +253,17 @@ impl EffectSpec {
         self.acts.iter().any(|act| matches!(act, Act::Emitter(_)))
     }
 
+    /// Whether it is the lux meter's own: no other instrument shows it.
+    pub fn is_of_lux_meter(&self) -> bool {
+        let own = |act: &Act| {
+            matches!(
+                act,
+                Act::Detector(_) | Act::Aperture(_) | Act::Response { .. } | Act::Zero(_)
+            )
+        };
+        self.acts.iter().any(own)
+    }
+
     /// Whether it is a beat of the lamp over time.
     pub fn beats(&self) -> bool {
         let is_beat = |parameter: &ParameterSpec| parameter.role == Role::Period(Sampling::Time);

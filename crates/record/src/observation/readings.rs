@@ -89,6 +89,17 @@ const NEEDED: &str =
 const NEEDED_TO_PREDICT: &str = "index, block, kind, time_s, c_deg, gamma_deg, distance_mm, travel, range, ambient_c";
 
 impl Readings {
+    /// Readings that are in no file.
+    pub fn of(rows: Vec<ReadingRow>) -> Self {
+        Self {
+            path: Utf8PathBuf::new(),
+            header: Vec::new(),
+            text: vec![Vec::new(); rows.len()],
+            rows,
+            notices: Vec::new(),
+        }
+    }
+
     /// Readings from a CSV file.
     ///
     /// # Errors
