@@ -20,8 +20,9 @@
 //! | U | directions whose error is below their own U (k = 2), %; error ÷ U of the worst |
 //! | refused | scans that the ten directions read at rest refuse |
 //!
-//! The calibration of the meter, which all readings share, is taken out of all of them, and the lamp's output is that
-//! in the middle of the scan. `node`, `map`, `flux` and `beam` are medians over the seeds, then the largest.
+//! The truth is the light at the distance of the scan: what a large lamp shows there is not its far field, in motion or
+//! at rest. The calibration of the meter, which all readings share, is taken out of all of them, and the lamp's output
+//! is that in the middle of the scan. `node`, `map`, `flux` and `beam` are medians over the seeds, then the largest.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program to run by hand")]
 
@@ -38,7 +39,7 @@ use isolux_app::init::{self, Instruments};
 use isolux_app::instruments::bench::StationFiles;
 use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_darkroom::output::relative_output;
-use isolux_darkroom::{Darkroom, Room};
+use isolux_darkroom::{Darkroom, Kind, Observation, Room};
 use isolux_formats::eulumdat::{self, Header, LampSet};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::document::SourceText;
@@ -330,14 +331,27 @@ fn time_s(run: &Utf8Path) -> Outcome<f64> {
     Ok(end.duration_since(stable).as_secs_f64())
 }
 
-/// The reduction against the light of the room's lamp.
+/// The reduction against the light of the room's lamp at the distance of the scan.
 fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
     let read = &reduction.grid.distribution;
     let ages: Vec<f64> = reduction.grid.nodes.iter().filter_map(|node| node.lamp_s).collect();
     let middle_s = ages.iter().sum::<f64>() / ages.len().max(1) as f64;
     let document = room.document();
     let gain = (1.0 + document.luxmeter.gain_error_rel) * relative_output(&document.injected_effects, middle_s, 0.5);
-    let truth = |c_deg: f64, gamma_deg: f64| gain * room.intensity_cd(c_deg, gamma_deg);
+    let distance_mm = reduction.distance_mm;
+    let truth = |c_deg: f64, gamma_deg: f64| {
+        let at = Observation {
+            kind: Kind::Lit,
+            time_s: middle_s,
+            c_deg,
+            gamma_deg,
+            distance_mm,
+            travel: 0.0,
+            range: 0,
+            ambient_c: 25.0,
+        };
+        gain * room.direct_lx(&at) * (1e-3 * distance_mm).powi(2)
+    };
     let fine = |step_c: f64, step_gamma: f64| {
         let steps = |whole: f64, step: f64| (0..=(whole / step).round() as usize).map(move |k| k as f64 * step);
         let c_deg: Vec<f64> = steps(360.0 - step_c, step_c).collect();
@@ -356,7 +370,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
             let place = plane * read.gamma_deg().len() + column;
             let sample = &reduction.grid.nodes[reduction.grid.sample_of[place]];
             let shared = (SHARED_REL * sample.intensity_cd).hypot(slopes[place] * reduction.common.gamma_deg);
-            let expanded = 2.0 * sample.u_noise_cd.hypot(sample.u_digit_cd).hypot(shared);
+            let expanded = 2.0 * sample.u_own_cd().hypot(shared);
             if error / peak > node {
                 (node, at_deg) = (error / peak, (*c_deg, *gamma_deg));
             }
@@ -364,11 +378,10 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
             worst_of_u = worst_of_u.max(error / expanded.max(1e-4 * peak));
         }
     }
-    let written = reduction.grid.smoothed.as_ref().map_or(read, |(smoothed, _)| smoothed);
     let mut map = 0.0f64;
     for (plane, c_deg) in exact.c_deg().iter().enumerate() {
         for (gamma_deg, cd) in exact.gamma_deg().iter().zip(exact.row(plane)) {
-            map = map.max((written.intensity_cd_at(*c_deg, *gamma_deg) - cd).abs() / peak);
+            map = map.max((read.intensity_cd_at(*c_deg, *gamma_deg) - cd).abs() / peak);
         }
     }
     let beam = |of: &IntensityDistribution, c_deg: f64| {
@@ -378,7 +391,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
     let beams = read
         .c_deg()
         .iter()
-        .filter_map(|c| Some((beam(written, *c)? - beam(&exact, *c)?).abs()));
+        .filter_map(|c| Some((beam(read, *c)? - beam(&exact, *c)?).abs()));
     Ok(Figures {
         time_s,
         node: 100.0 * node,

@@ -52,7 +52,7 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
         on_samples[sample] += weight;
     }
     for (sample, weight) in grid.nodes.iter().zip(on_samples).filter(|(_, weight)| *weight != 0.0) {
-        noise2 += (weight * sample.u_noise_cd).powi(2);
+        noise2 += (weight * sample.u_noise_cd.hypot(sample.u_curve_cd.unwrap_or(0.0))).powi(2);
         match sample.display {
             Some(display) => *alike.entry(display).or_default() += weight * sample.u_digit_cd,
             None => alone2 += (weight * sample.u_digit_cd).powi(2),
@@ -109,7 +109,7 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
 pub fn noise_of_directions(grid: &Grid) -> (f64, f64) {
     let (mut aa, mut ab, mut bb, mut a1, mut b1) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for sample in &grid.nodes {
-        let variance = sample.u_noise_cd.powi(2) + sample.u_digit_cd.powi(2);
+        let variance = sample.u_own_cd().powi(2);
         if variance > 0.0 {
             let (a, b) = (1.0 / variance, sample.intensity_cd.powi(2) / variance);
             aa += a * a;

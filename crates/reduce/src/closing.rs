@@ -38,7 +38,7 @@ impl Closing {
         let worst = pairs
             .iter()
             .max_by(|a, b| difference(a).abs().total_cmp(&difference(b).abs()))?;
-        let u2 = |sample: &Sample| sample.u_noise_cd.powi(2) + sample.u_digit_cd.powi(2);
+        let u2 = |sample: &Sample| sample.u_own_cd().powi(2);
         Some(Self {
             directions: pairs.len(),
             rms_cd: (pairs.iter().map(|pair| difference(pair).powi(2)).sum::<f64>() / n).sqrt(),

@@ -29,6 +29,7 @@ pub fn check_feasibility(plan: &Plan, station: &Station) -> Result<IntensityDist
                 true_gamma_deg: gamma_deg,
                 intensity_cd: 1.0,
                 u_noise_cd: 0.0,
+                u_curve_cd: None,
                 u_digit_cd: 0.0,
                 display: None,
                 lamp_s: None,

@@ -74,7 +74,7 @@ pub use spectral::{SpectralResult, on_axis};
 
 use bench::Bench;
 use floor::Floor;
-use sweeps::Check;
+use sweeps::InMotion;
 
 /// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class
 /// sensor at half a metre.
@@ -154,25 +154,25 @@ pub struct Reduction {
 /// [`ReduceError::Format`].
 pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
     let at_rest = sweeps::as_readings(run)?;
-    let mut reduction = reduced(&order::in_order(&at_rest.run), &at_rest.checks, options, model)?;
+    let mut reduction = reduced(&order::in_order(&at_rest.run), &at_rest.in_motion, options, model)?;
     reduction.made_of = at_rest.in_record(reduction.made_of);
     reduction.notes.splice(0..0, at_rest.notes);
     Ok(reduction)
 }
 
 /// The same, of a run in order whose sweeps are readings.
-fn reduced(run: &Run, checks: &[Check], options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
     let spectral = || spectral::on_axis(run, options);
     if let Some(model) = model {
         let bench = Bench {
             model,
             measured_by_the_run: false,
         };
-        let mut reduction = pipeline::reduce(run, checks, options, Some(&bench), spectral)?;
+        let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), spectral)?;
         reduction.bench_effects = bench.tables();
         return Ok(reduction);
     }
-    let plain = pipeline::reduce(run, checks, options, None, spectral)?;
+    let plain = pipeline::reduce(run, in_motion, options, None, spectral)?;
     let Some(floor) = Floor::of(run, &plain) else {
         return Ok(plain);
     };
@@ -182,7 +182,7 @@ fn reduced(run: &Run, checks: &[Check], options: &Options, model: Option<Model>)
         measured_by_the_run: true,
     };
     // No effect of the bench is in the spectrum.
-    let mut reduction = pipeline::reduce(run, checks, options, Some(&bench), || Ok(plain.spectral.clone()))?;
+    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), || Ok(plain.spectral.clone()))?;
     reduction.bench_effects = vec![table];
     Ok(reduction)
 }

@@ -128,6 +128,7 @@ impl Partial {
                     true_gamma_deg: at.gamma_deg,
                     intensity_cd: (1.0 - share) * there(whole[before]) + share * there(whole[behind]),
                     u_noise_cd: 0.0,
+                    u_curve_cd: None,
                     u_digit_cd: 0.0,
                     display: None,
                     lamp_s: None,

@@ -25,11 +25,11 @@ use crate::reference::Reference;
 use crate::samples::{self, Corrected, Sample};
 use crate::smooth;
 use crate::spectral::SpectralResult;
-use crate::sweeps::{Check, Checked};
+use crate::sweeps::{Checked, InMotion};
 use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
-/// Reduces a run with readings for its sweeps, judged by the `checks` at rest, with the effects of `bench` taken out of
+/// Reduces a run with readings for its sweeps, judged by the directions read at rest, with the effects of `bench` taken out of
 /// its lit readings; `spectral` gives its spectrum on the axis.
 ///
 /// # Errors
@@ -37,7 +37,7 @@ use crate::{Options, Reduction};
 /// [`ReduceError::Format`].
 pub fn reduce(
     run: &Run,
-    checks: &[Check],
+    in_motion: &InMotion,
     options: &Options,
     bench: Option<&Bench>,
     spectral: impl FnOnce() -> Result<Option<SpectralResult>, ReduceError>,
@@ -62,7 +62,7 @@ pub fn reduce(
         mut samples,
         accepted,
         checked,
-    } = Levelled::new(run, checks, options, &rows, distance_mm, &conversion)?;
+    } = Levelled::new(run, in_motion, options, &rows, distance_mm, &conversion)?;
     if let Some(partial) = &partial {
         partial.fill(&mut samples);
     }
@@ -151,7 +151,7 @@ impl Levelled {
     /// [`ReduceError::Unsteady`] for a drift or a disagreement that is not accepted.
     fn new(
         run: &Run,
-        checks: &[Check],
+        in_motion: &InMotion,
         options: &Options,
         rows: &[&Reading],
         distance_mm: f64,
@@ -169,7 +169,7 @@ impl Levelled {
         } else {
             reference.drift(distance_mm)?
         };
-        let samples = samples::samples(rows, |row, lux| {
+        let samples = samples::samples(rows, &in_motion.u_curve_lx, |row, lux| {
             let corrected = light(row, lux);
             let factor = row.lamp_age_s().map_or(1.0, |lamp_s| drift.factor(row.index, lamp_s));
             Corrected {
@@ -179,7 +179,7 @@ impl Levelled {
         })?;
         findings.extend(acceptance::of_closing(&samples, limits, rows));
         // The burning in which they were read need not have a reading of the distribution.
-        let checked = Checked::of(checks, all, |distance_mm| {
+        let checked = Checked::of(&in_motion.checks, all, |distance_mm| {
             let of_distance = |row: &&Reading| row.kind == ReadingKind::Lit && row.distance_mm == distance_mm;
             let there: Vec<&Reading> = all.iter().filter(of_distance).collect();
             let reference = Reference::of(all, &there, distance_mm, stability, &light);

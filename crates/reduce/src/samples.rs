@@ -1,5 +1,7 @@
 //! Lit readings → intensities in directions, with the independent part of their uncertainty.
 
+use std::collections::BTreeMap;
+
 use isolux_record::{Quality, Reading};
 
 use crate::background::{noise_of_one, rounding};
@@ -25,6 +27,9 @@ pub struct Sample {
     pub intensity_cd: f64,
     /// Its standard uncertainty from the scatter of the readings.
     pub u_noise_cd: f64,
+    /// Its standard uncertainty by what the curve of a sweep leaves open beside its noise: displacement and smoothing.
+    /// None where it was read at rest.
+    pub u_curve_cd: Option<f64>,
     /// Its standard uncertainty from the rounding of the display.
     pub u_digit_cd: f64,
     /// What the display showed, in digits: equal displays are rounded alike. None where the scatter dithers the
@@ -32,6 +37,15 @@ pub struct Sample {
     pub display: Option<i64>,
     /// Mean age of the lamp, in s since it was switched on; none where a reading does not say it.
     pub lamp_s: Option<f64>,
+}
+
+impl Sample {
+    /// Its standard uncertainty by all that no other direction shares, cd.
+    pub fn u_own_cd(&self) -> f64 {
+        self.u_noise_cd
+            .hypot(self.u_digit_cd)
+            .hypot(self.u_curve_cd.unwrap_or(0.0))
+    }
 }
 
 /// One lit reading made into an intensity.
@@ -47,13 +61,15 @@ pub struct Corrected {
     pub gamma_deg: f64,
 }
 
-/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ.
+/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ. `u_curve_lx` is what the
+/// curves of sweeps leave open of their rows.
 ///
 /// # Errors
 /// [`ReduceError::Missing`] when a direction has no reading with a number, [`ReduceError::Astray`] when an axis was
 /// read back far from where it was sent.
 pub fn samples(
     rows: &[&Reading],
+    u_curve_lx: &BTreeMap<u64, f64>,
     mut correct: impl FnMut(&Reading, f64) -> Corrected,
 ) -> Result<Vec<Sample>, ReduceError> {
     let closing = closing(rows);
@@ -86,7 +102,7 @@ pub fn samples(
             first.get_or_insert((c_deg, gamma_deg));
             continue;
         }
-        samples.push(mean(closing, c_deg, gamma_deg, &usable, &mut correct));
+        samples.push(mean((closing, c_deg, gamma_deg), &usable, u_curve_lx, &mut correct));
     }
     match first {
         Some((c_deg, gamma_deg)) => Err(ReduceError::Missing {
@@ -114,10 +130,9 @@ pub fn made_of(rows: &[&Reading]) -> Vec<u64> {
 }
 
 fn mean(
-    closing: bool,
-    c_deg: f64,
-    gamma_deg: f64,
+    (closing, c_deg, gamma_deg): (bool, f64, f64),
     usable: &[(&Reading, f64)],
+    u_curve_lx: &BTreeMap<u64, f64>,
     correct: &mut impl FnMut(&Reading, f64) -> Corrected,
 ) -> Sample {
     let n = usable.len() as f64;
@@ -137,6 +152,8 @@ fn mean(
         digit = digit.max(row_digit);
         raw += lux / n;
     }
+    let of_curve = |(row, _): &(&Reading, f64)| u_curve_lx.get(&row.index).map(|u_lx| u_lx * u_lx);
+    let curve2: Option<f64> = usable.iter().map(of_curve).sum();
     let scatter = noise2.sqrt();
     let quiet = scatter <= 0.5 * digit && digit > 0.0;
     Sample {
@@ -147,6 +164,7 @@ fn mean(
         true_gamma_deg: gamma_deg + d_gamma,
         intensity_cd: intensity,
         u_noise_cd: scatter / n.sqrt() * per_lx,
+        u_curve_cd: curve2.map(|curve2| curve2.sqrt() / n * per_lx),
         u_digit_cd: rounding(digit, scatter, usable.len()) * per_lx,
         display: quiet.then(|| (raw / digit).round() as i64),
         lamp_s: usable

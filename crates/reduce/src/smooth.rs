@@ -21,6 +21,10 @@
 //! neighbours are smaller than noise gives them, and smoothing would bend them by more than they are uncertain, while
 //! they hold little of the noise.
 //!
+//! Half-planes that were read in motion are curves along γ already, and what such a curve leaves open is no scatter:
+//! they are smoothed around circles alone, within their noise. Taken for scatter it bends neighbouring half-planes
+//! towards each other by as much.
+//!
 //! What the half-planes differ is smoothed along every meridian and then around every circle of equal γ: the product of
 //! the two smoothings in place of the one that has both sums at once (L. Xiao, Y. Li, D. Ruppert, J. R. Stat. Soc. B
 //! 75, 577, 2013). Each line is then a system of its own with a narrow band, and the time grows with the number of
@@ -72,8 +76,14 @@ fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothError
     let nodes = Nodes::of(grid);
     let raw = &grid.distribution;
     let meridians = Meridians::of(raw.c_deg(), raw.gamma_deg());
-    let (of_means, shares) = means(&nodes, &meridians).ok_or(SmoothError)?;
-    let (of_places, mut own_share) = deviations(&nodes, &meridians, raw.c_deg()).ok_or(SmoothError)?;
+    // The curve of a sweep is smooth along γ as far as its readings say.
+    let along = !grid.nodes.iter().any(|sample| sample.u_curve_cd.is_some());
+    let meridians = along.then_some(&meridians);
+    let (of_means, shares) = match meridians {
+        Some(meridians) => means(&nodes, meridians).ok_or(SmoothError)?,
+        None => (vec![0.0; nodes.gammas], vec![1.0; nodes.gammas]),
+    };
+    let (of_places, mut own_share) = deviations(&nodes, meridians, raw.c_deg()).ok_or(SmoothError)?;
     let mut mean = MeanShare::default();
     for (share, ring) in shares.iter().zip(&nodes.rings) {
         mean.add(*share, ring.mean_cd);
@@ -136,14 +146,16 @@ fn means(nodes: &Nodes, meridians: &Meridians) -> Option<(Vec<f64>, Vec<f64>)> {
 }
 
 /// By how much what each half-plane differs from the mean changes at every place, and the mean share of a place's own
-/// reading along the meridians and around the circles.
-fn deviations(nodes: &Nodes, meridians: &Meridians, c_deg: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
+/// reading along the meridians, which are left as they are where none are given, and around the circles.
+fn deviations(nodes: &Nodes, meridians: Option<&Meridians>, c_deg: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
     let mut change = vec![0.0; nodes.raw_cd.len()];
     let mut own = [1.0; 2];
     if nodes.planes > 1 {
         let read = nodes.deviations_cd();
         let mut smooth = read.clone();
-        own[0] = along_meridians(nodes, meridians, &mut smooth)?;
+        if let Some(meridians) = meridians {
+            own[0] = along_meridians(nodes, meridians, &mut smooth)?;
+        }
         if let Some(circle) = CircleDifferences::of(c_deg) {
             own[1] = around_circles(nodes, &circle, &read, &mut smooth)?;
         }

@@ -14,6 +14,7 @@ mod swept;
 mod track;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use isolux_record::plan::Block;
 use isolux_record::run::StopHow;
@@ -31,6 +32,15 @@ const SAME_SPEED: f64 = 0.02;
 /// Share of the largest light that γ = 0° needs to show the lamp's drift.
 const LEAST_REFERENCE: f64 = 0.05;
 
+/// What is known of readings that were taken in motion.
+#[derive(Default)]
+pub struct InMotion {
+    /// Directions that were read at rest after them.
+    pub checks: Vec<Check>,
+    /// Standard uncertainty that the curve of a sweep leaves beside its noise, lx, by the number of the row.
+    pub u_curve_lx: BTreeMap<u64, f64>,
+}
+
 /// A run whose sweeps are readings.
 pub struct AtRest<'a> {
     /// With a row for every direction of a sweep, in the order of time; the run itself where there are no sweeps.
@@ -39,8 +49,8 @@ pub struct AtRest<'a> {
     recorded: Vec<Option<u64>>,
     /// What a person should know of the sweeps.
     pub notes: Vec<String>,
-    /// Directions that were read at rest after them.
-    pub checks: Vec<Check>,
+    /// What is known of those readings.
+    pub in_motion: InMotion,
 }
 
 impl AtRest<'_> {
@@ -67,17 +77,12 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
             run: Cow::Borrowed(run),
             recorded: Vec::new(),
             notes,
-            checks,
+            in_motion: InMotion::default(),
         });
     }
     let stopped = run.header.stopped.as_ref();
     let complete = stopped.is_some_and(|stopped| stopped.how == StopHow::Completed);
-    let mut rows: Vec<(Option<u64>, Reading)> = run
-        .readings
-        .rows
-        .iter()
-        .map(|row| (Some(row.index), row.clone()))
-        .collect();
+    let mut rows: Vec<FromCurve> = run.readings.rows.iter().map(FromCurve::recorded).collect();
     for block in run
         .header
         .plan
@@ -103,30 +108,53 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         let wanted = of_block
             .readings
             .into_iter()
-            .filter(|row| row.role == Role::Point || !visited);
-        rows.extend(wanted.map(|reading| (None, reading)));
+            .filter(|row| row.reading.role == Role::Point || !visited);
+        rows.extend(wanted);
     }
     // A burning of the lamp is a stretch of rows: they stand in the order of time.
-    rows.sort_by(|a, b| {
-        a.1.time_s
-            .unwrap_or_default()
-            .total_cmp(&b.1.time_s.unwrap_or_default())
-    });
+    let time_s = |row: &FromCurve| row.reading.time_s.unwrap_or_default();
+    rows.sort_by(|a, b| time_s(a).total_cmp(&time_s(b)));
     if checks.is_empty() && complete {
         notes.push("no direction was read at rest after the sweeps: nothing shows that they say the same".to_owned());
     }
     let mut with = run.clone();
-    let numbered = rows
+    let numbered = rows.iter().zip(0..).map(|(row, index)| Reading {
+        index,
+        ..row.reading.clone()
+    });
+    with.readings.rows = numbered.collect();
+    let of_curves = rows
         .iter()
         .zip(0..)
-        .map(|((_, row), index)| Reading { index, ..row.clone() });
-    with.readings.rows = numbered.collect();
+        .filter_map(|(row, index)| Some((index, row.u_curve_lx?)));
     Ok(AtRest {
         run: Cow::Owned(with),
-        recorded: rows.into_iter().map(|(recorded, _)| recorded).collect(),
+        in_motion: InMotion {
+            u_curve_lx: of_curves.collect(),
+            checks,
+        },
+        recorded: rows.into_iter().map(|row| row.recorded).collect(),
         notes,
-        checks,
     })
+}
+
+/// A reading at rest, or one that the curve of a sweep gives.
+struct FromCurve {
+    /// Its number in the record, where it has one.
+    recorded: Option<u64>,
+    reading: Reading,
+    /// What the curve leaves open beside its noise, lx.
+    u_curve_lx: Option<f64>,
+}
+
+impl FromCurve {
+    fn recorded(row: &Reading) -> Self {
+        Self {
+            recorded: Some(row.index),
+            reading: row.clone(),
+            u_curve_lx: None,
+        }
+    }
 }
 
 /// The displacements of the pairs of a block, the fastest first.
@@ -154,7 +182,7 @@ fn shifts(block: &Block, swept: &[Swept<'_>]) -> Vec<Shift> {
 /// What the sweeps of a block give.
 struct OfBlock {
     /// Readings at its directions.
-    readings: Vec<Reading>,
+    readings: Vec<FromCurve>,
     /// The sentence on its sweeps.
     note: String,
     /// Its directions that were read at rest.
@@ -208,8 +236,11 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
             for sweep in giving {
                 let [noise, time, smoothing] = sweep.parts(gamma_deg);
                 parts.add([noise, time, smoothing], largest);
-                let u_lx = noise.hypot(time).hypot(smoothing);
-                readings.push(sweep.reading(Role::Point, (c_deg, gamma_deg), u_lx));
+                readings.push(FromCurve {
+                    recorded: None,
+                    reading: sweep.reading(Role::Point, (c_deg, gamma_deg), noise),
+                    u_curve_lx: Some(time.hypot(smoothing)),
+                });
             }
         }
     }
@@ -217,7 +248,11 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
         let curve = &sweep.along.curve;
         let [low, high] = curve.range_deg();
         if low <= 0.0 && high >= 0.0 && sweep.covers(0.0) && curve.at(0.0) > LEAST_REFERENCE * sweep.largest() {
-            readings.push(sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)));
+            readings.push(FromCurve {
+                recorded: None,
+                reading: sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)),
+                u_curve_lx: None,
+            });
         }
     }
     Ok(OfBlock {

@@ -14,6 +14,7 @@ pub fn sample(c_deg: f64, gamma_deg: f64, intensity_cd: f64) -> Sample {
         true_gamma_deg: gamma_deg,
         intensity_cd,
         u_noise_cd: 0.0,
+        u_curve_cd: None,
         u_digit_cd: 0.0,
         display: None,
         lamp_s: None,

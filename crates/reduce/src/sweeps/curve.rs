@@ -128,17 +128,17 @@ impl Curve {
 
     /// Standard uncertainty at γ of the smoothing itself: what conversions that were kept out show beyond noise.
     pub fn u_smoothing(&self, gamma_deg: f64) -> f64 {
-        let (mut sum, mut total) = (0.0, 0.0);
-        for (at, excess) in &self.kept_out {
-            let weight = (-0.5 * ((at - gamma_deg) / self.reach_deg).powi(2)).exp();
-            sum += weight * excess;
-            total += weight;
-        }
-        if total > 0.0 {
-            (sum / total).max(0.0).sqrt()
-        } else {
-            0.0
-        }
+        let mean = |reach_deg: f64| {
+            let (mut sum, mut total) = (0.0, 0.0);
+            for (at, excess) in &self.kept_out {
+                let weight = (-0.5 * ((at - gamma_deg) / reach_deg).powi(2)).exp();
+                sum += weight * excess;
+                total += weight;
+            }
+            if total > 0.0 { sum / total } else { 0.0 }
+        };
+        let [near, around] = [1.0 / 3.0, 1.0].map(|share| mean(share * self.reach_deg));
+        near.max(around).max(0.0).sqrt()
     }
 }
 

@@ -119,9 +119,7 @@ fn illuminance_on_the_axis(section: &mut Section, shown: &IntensityDistribution)
 pub fn doubtful_cd(day_results: &DayResults) -> f64 {
     let reduction = &day_results.reduction;
     let nodes = reduction.grid.nodes.iter();
-    let own = nodes
-        .map(|node| node.u_noise_cd.hypot(node.u_digit_cd))
-        .fold(f64::INFINITY, f64::min);
+    let own = nodes.map(isolux_reduce::Sample::u_own_cd).fold(f64::INFINITY, f64::min);
     let common = reduction.common.dark_noise_cd.hypot(reduction.common.dark_digit_cd);
     2.0 * own.hypot(common)
 }

@@ -52,7 +52,7 @@ impl DayResults {
     pub fn u_direction_rel(&self) -> Option<f64> {
         let nodes = self.reduction.grid.nodes.iter();
         let strongest = nodes.max_by(|a, b| a.intensity_cd.total_cmp(&b.intensity_cd))?;
-        let u_cd = strongest.u_noise_cd.hypot(strongest.u_digit_cd);
+        let u_cd = strongest.u_own_cd();
         (u_cd > 0.0 && strongest.intensity_cd > 0.0).then(|| u_cd / strongest.intensity_cd)
     }
 
