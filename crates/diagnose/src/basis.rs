@@ -43,23 +43,25 @@ impl Basis {
     /// Adds the directions of `columns` that are not yet inside.
     ///
     /// Each column is orthogonalised twice ("twice is enough", Giraud et al. 2005), so the basis stays orthonormal to
-    /// rounding even for nearly dependent columns.
+    /// rounding even for nearly dependent columns: all of them against what is known, then each against the new ones
+    /// before it, and against all once more.
     pub fn extend(&mut self, columns: &DMatrix<f64>, tolerance: f64) {
-        let rows = self.q.nrows();
-        let had = self.q.ncols();
+        let (rows, had) = (self.q.nrows(), self.q.ncols());
+        let mut beyond = columns.clone();
+        self.project_out(&mut beyond);
         let known = std::mem::replace(&mut self.q, DMatrix::zeros(rows, 0));
         let mut q = known.resize_horizontally(had + columns.ncols(), 0.0);
         let mut rank = had;
-        for column in columns.column_iter() {
+        for (column, beyond) in columns.column_iter().zip(beyond.column_iter()) {
             let before = column.norm();
             if rank == rows || !before.is_normal() {
                 continue;
             }
-            let mut new: DVector<f64> = column.into_owned();
-            for _ in 0..2 {
-                let known = q.columns(0, rank);
+            let mut new: DVector<f64> = beyond.into_owned();
+            for first in [had, 0] {
+                let known = q.columns(first, rank - first);
                 let part = known.tr_mul(&new);
-                new -= known * part;
+                new.gemv(-1.0, &known, &part, 1.0);
             }
             let left = new.norm();
             if left > tolerance * before {

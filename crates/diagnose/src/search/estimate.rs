@@ -102,7 +102,6 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         let freedom = (n as f64 - basis.rank() as f64).max(1.0);
         let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
         let Correlation { rho, u: u_rho } = sequence.autocorrelation(&residual, basis.directions());
-        drop(basis);
         // A third of the rms is the least that counts where the noise is not known.
         let stated = if problem.settings.fit_scale { 0.0 } else { 1.0 / rms };
         let least = stated.max(1.0 / 3.0);
@@ -113,8 +112,16 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         } else {
             (0.0, 0.0)
         };
-        let whitener = Whitener::new(sequence, &rounding, row_scale(u, &weights), rho, errors);
-        let basis = problem.smooth_directions(&whitener, &parameters);
+        // White noise without outliers is what was assumed to find that it is.
+        let (whitener, basis) = if rho == 0.0 && weights.iter().all(|weight| *weight == 1.0) {
+            (unweighted, basis)
+        } else {
+            // The next one is as large.
+            drop(basis);
+            let whitener = Whitener::new(sequence, &rounding, row_scale(u, &weights), rho, errors);
+            let basis = problem.smooth_directions(&whitener, &parameters);
+            (whitener, basis)
+        };
         let mut residual = whitener.vector(&raw);
         basis.project_out_vector(&mut residual);
         let freedom = (n as f64 - basis.rank() as f64).max(1.0);
