@@ -213,8 +213,11 @@ fn half_planes_are_not_bent_towards_each_other_by_what_their_curves_leave_open()
     let darkroom = room_of(table_of(lobes), "");
     let (_keep, path) = folder();
     scanned(&darkroom, &plan(IN_MOTION), Target::New(&path), None).unwrap();
-    let (worst, outside, count) = judged(&reduced(&path), &Room::new(darkroom));
+    let reduction = reduced(&path);
+    let (worst, outside, count) = judged(&reduction, &Room::new(darkroom));
     assert!(outside < 0.05, "{outside} of {count} outside, worst {worst}");
+    let in_motion = |sample: &isolux_reduce::Sample| sample.u_curve_cd.is_some_and(|u_cd| u_cd > 0.0);
+    assert!(reduction.grid.nodes.iter().all(in_motion));
 }
 
 /// What the directions say that were read at rest after the sweeps.

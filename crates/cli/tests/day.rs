@@ -34,11 +34,12 @@ gamma_deg = 0
 repeats = 10
 "#;
 
-const RESULTS: [&str; 13] = [
+const RESULTS: [&str; 14] = [
     "budget.json",
     "comparison.json",
     "irradiance.npy",
     "irradiance.png",
+    "luminaire.directions.csv",
     "luminaire.ies",
     "luminaire.ldt",
     "luminaire.model.toml",

@@ -6,7 +6,7 @@ use isolux_units::json::nan_if_null;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::grid::Grid;
+use crate::grid::{Grid, is_pole};
 use crate::quantity::Quantity;
 
 /// Relative and absolute standard uncertainties (k = 1) that all readings share.
@@ -32,6 +32,24 @@ pub struct Common {
     pub drift_rel: f64,
     /// γ.
     pub gamma_deg: f64,
+}
+
+impl Common {
+    /// What they make of a weighted sum Σ w·I: of its value, of the sum of its weights, and of its slope over γ per degree.
+    fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 9] {
+        [
+            ("dark_noise", weights * self.dark_noise_cd),
+            ("dark_digit", weights * self.dark_digit_cd),
+            ("offset", weights * self.offset_cd),
+            ("ambient", weights * self.ambient_cd),
+            ("stray", weights * self.stray_cd),
+            ("distance", value * self.distance_rel),
+            ("calibration", value * self.calibration_rel),
+            ("drift", value * self.drift_rel),
+            // All readings stand at a γ that is wrong by the same angle.
+            ("angle", per_deg * self.gamma_deg),
+        ]
+    }
 }
 
 /// A weighted sum Σ w·I of the intensities of a grid.
@@ -72,33 +90,47 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
             .sum();
         ("smoothing", value - raw)
     });
-    let parts = [
-        ("noise", noise2.sqrt()),
-        ("digit", digit2.sqrt()),
-        ("dark_noise", total * common.dark_noise_cd),
-        ("dark_digit", total * common.dark_digit_cd),
-        ("offset", total * common.offset_cd),
-        ("ambient", total * common.ambient_cd),
-        ("stray", total * common.stray_cd),
-        ("distance", value * common.distance_rel),
-        ("calibration", value * common.calibration_rel),
-        ("drift", value * common.drift_rel),
-    ];
-    // All readings stand at a γ that is wrong by the same angle.
     let slopes = grid.gamma_slopes_cd_per_deg();
     let per_deg: f64 = slopes.iter().zip(weights).map(|(slope, weight)| slope * weight).sum();
-    let angle = ("angle", per_deg * common.gamma_deg);
+    let own = [("noise", noise2.sqrt()), ("digit", digit2.sqrt())];
+    let parts = own.into_iter().chain(common.parts(value, total, per_deg));
     // Bounds of what was measured are no part of it.
     let bounds = ["offset", "ambient", "stray"];
     Quantity::new(
         value,
         unit,
         parts
-            .into_iter()
             .filter(|(name, part)| *part != 0.0 || !bounds.contains(name))
-            .chain(smoothing)
-            .chain([angle]),
+            .chain(smoothing),
     )
+}
+
+/// Standard uncertainty of the intensity in every direction `[ic * ng + ig]`, cd: all that is known of it.
+pub fn of_directions_cd(grid: &Grid, common: &Common) -> Vec<f64> {
+    let (distribution, gammas) = (&grid.distribution, grid.distribution.gamma_deg());
+    let raw = grid
+        .smoothed
+        .as_ref()
+        .map_or(distribution, |(raw, _)| raw)
+        .intensity_cd();
+    let slopes = grid.gamma_slopes_cd_per_deg();
+    // All half-planes together made the one value of a pole.
+    let poles: Vec<Option<f64>> = gammas
+        .iter()
+        .map(|gamma| {
+            let weights = || grid.direction_weights(0.0, *gamma);
+            is_pole(*gamma).then(|| weighted_sum(grid, &weights(), common, "cd").u_of_parts)
+        })
+        .collect();
+    let of = |(place, value): (usize, &f64)| {
+        poles[place % gammas.len()].unwrap_or_else(|| {
+            let own = grid.nodes[grid.sample_of[place]].u_own_cd();
+            let shared = common.parts(*value, 1.0, slopes[place]);
+            let squares: f64 = shared.iter().map(|(_, part)| part * part).sum();
+            (own * own + squares + (value - raw[place]).powi(2)).sqrt()
+        })
+    };
+    distribution.intensity_cd().iter().enumerate().map(of).collect()
 }
 
 /// What the intensity of each direction is uncertain by on its own (scatter and rounding of its readings): relative,

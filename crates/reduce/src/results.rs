@@ -1,6 +1,7 @@
 //! The files of `results/` that reduction makes. No clock and no path in them: the same run gives the same bytes.
 
 mod budget;
+mod directions;
 mod file;
 mod model_file;
 mod photometric;
@@ -55,6 +56,10 @@ pub fn files(
     files.push(ResultFile {
         name: named("luminaire.xml"),
         bytes: xml(&shown, state, reduction, run),
+    });
+    files.push(ResultFile {
+        name: named("luminaire.directions.csv"),
+        bytes: directions::directions(reduction).into_bytes(),
     });
     files.extend(spectral_files(reduction, run, program));
     files.extend(observed_spectrum(reduction, run));

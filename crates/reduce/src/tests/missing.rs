@@ -37,6 +37,52 @@ fn a_whole_day_at_a_station_that_says_everything_lacks_nothing() {
 }
 
 #[test]
+fn every_direction_has_its_uncertainty_and_where_it_comes_from() {
+    let table = |run: &Run| -> (Reduction, Vec<Vec<String>>) {
+        let reduction = plain(run);
+        let files = crate::files(&reduction, run, &[], "isolux test").unwrap();
+        let mut named = files.iter().filter(|file| file.name.ends_with("directions.csv"));
+        let text = String::from_utf8(named.next().unwrap().bytes.clone()).unwrap();
+        let fields = |line: &str| line.split(',').map(str::to_owned).collect();
+        (reduction, text.lines().map(fields).collect())
+    };
+    let number = |word: &str| word.parse::<f64>().unwrap();
+    let whole = run_at(day(rounded, 0.0), "", "");
+    let (result, rows) = table(&whole);
+    assert_eq!(
+        rows[0].join(","),
+        "c_deg,gamma_deg,intensity_cd,read_cd,u_own_cd,u_cd,origin,missing"
+    );
+    let grid = &result.grid;
+    assert_eq!(rows.len(), 1 + grid.sample_of.len());
+    for row in rows.iter().skip(1).step_by(7) {
+        // As of a sum with this direction alone.
+        let weights = grid.direction_weights(number(&row[0]), number(&row[1]));
+        let alone = crate::budget::weighted_sum(grid, &weights, &result.common, "cd");
+        assert!(
+            (number(&row[5]) / alone.u_of_parts - 1.0).abs() < 1e-9,
+            "{row:?} {alone:?}"
+        );
+        assert!((number(&row[2]) / alone.value - 1.0).abs() < 1e-9, "{row:?}");
+        assert!(number(&row[4]) < number(&row[5]) && row[6] == "at_rest", "{row:?}");
+    }
+    // Half of the circle, as of a lamp that is the same on both sides.
+    let mut half = whole.clone();
+    half.readings.rows.retain(|row| row.c_target_deg <= 180.0);
+    let (_, rows) = table(&half);
+    assert!(
+        rows[1][5].is_empty() && rows[1][7].contains("a symmetry is assumed"),
+        "{:?}",
+        rows[1]
+    );
+    let origin = |c: &str, gamma: &str| &rows.iter().find(|row| row[0] == c && row[1] == gamma).unwrap()[6];
+    assert_eq!(
+        [origin("165", "40"), origin("195", "40"), origin("195", "0")],
+        ["at_rest", "by_symmetry", "at_rest"]
+    );
+}
+
+#[test]
 fn a_block_that_was_left_out_takes_the_uncertainty_away_or_makes_it_larger() {
     let whole = plain(&run_at(day(|lux| lux, 0.0), "", "")).flux;
     let (baffled, off, capped) = (ReadingKind::Baffled, ReadingKind::LampOff, ReadingKind::Capped);

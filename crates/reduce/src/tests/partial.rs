@@ -34,7 +34,20 @@ fn a_scan_that_ended_early_gives_partial_results_that_say_so() {
             "{quantity:?}"
         );
     }
-    for file in crate::files(&result, &early, &[], "isolux test").unwrap() {
+    let files = crate::files(&result, &early, &[], "isolux test").unwrap();
+    let table = files
+        .iter()
+        .find(|file| file.name == "luminaire.partial.directions.csv")
+        .unwrap();
+    let table = String::from_utf8_lossy(&table.bytes);
+    let origins = |c: &str| {
+        table
+            .lines()
+            .filter(|line| line.starts_with(c))
+            .all(|line| line.contains(",interpolated,"))
+    };
+    assert!(origins("90,4") && origins("345,2") && !origins("75,4"), "{table}");
+    for file in files {
         assert!(file.name.contains(".partial."), "{}", file.name);
         let text = String::from_utf8_lossy(&file.bytes).to_lowercase();
         assert!(text.contains("partial"), "{}", file.name);

@@ -6,9 +6,10 @@ use isolux_record::disk::sha256;
 use super::results::DayResults;
 
 /// Files of the results with what they are.
-const FILES: [(&str, &str); 13] = [
+const FILES: [(&str, &str); 14] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
+    ("luminaire.directions.csv", "every direction with its uncertainty and origin"),
     ("luminaire.ies", "IES LM-63-2002"),
     ("luminaire.xml", "IES TM-33-18"),
     ("luminaire.spdx", "spectrum, IES TM-27"),
