@@ -9,7 +9,10 @@ use super::results::DayResults;
 const FILES: [(&str, &str); 14] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
-    ("luminaire.directions.csv", "every direction with its uncertainty and origin"),
+    (
+        "luminaire.directions.csv",
+        "every direction with its uncertainty and origin",
+    ),
     ("luminaire.ies", "IES LM-63-2002"),
     ("luminaire.xml", "IES TM-33-18"),
     ("luminaire.spdx", "spectrum, IES TM-27"),
