@@ -111,7 +111,8 @@ impl Comparison {
         match &self.finding {
             None => (
                 format!(
-                    "Simulation and measurement differ on the axis at {at_mm:.0} mm by {gap}; whether they agree cannot be said, {}.",
+                    "Simulation and measurement differ on the axis at {at_mm:.0} mm by {gap}; whether they agree cannot \
+                     be said, {}.",
                     no_uncertainty(&self.missing)
                 ),
                 false,

@@ -35,7 +35,8 @@ pub struct Common {
 }
 
 impl Common {
-    /// What they make of a weighted sum Σ w·I: of its value, of the sum of its weights, and of its slope over γ per degree.
+    /// What they make of a weighted sum Σ w·I: of its value, of the sum of its weights, and of its slope over γ per
+    /// degree.
     fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 9] {
         [
             ("dark_noise", weights * self.dark_noise_cd),

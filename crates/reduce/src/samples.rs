@@ -61,8 +61,8 @@ pub struct Corrected {
     pub gamma_deg: f64,
 }
 
-/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ. `u_curve_lx` is what the
-/// curves of sweeps leave open of their rows.
+/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ. `u_curve_lx` is what
+/// the curves of sweeps leave open of their rows.
 ///
 /// # Errors
 /// [`ReduceError::Missing`] when a direction has no reading with a number, [`ReduceError::Astray`] when an axis was
