@@ -215,8 +215,8 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let in_file = stated["quantities"]["flux_lm"].as_f64().unwrap();
     assert!((in_file - flux).abs() < u, "{in_file} lm in the file, {flux} ± {u} lm");
 
-    // LED rings in place of an even disc of their diameter: 0.1 % on the axis, of 3 % that is not known of it, its level
-    // and its drift.
+    // LED rings in place of an even disc of their diameter: 0.1 % on the axis, of 3 % that is not known of it, of its
+    // level and of its drift.
     let comparison = folder.json("day/results/comparison.json");
     let gap = |key: &str| {
         comparison[key]

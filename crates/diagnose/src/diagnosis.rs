@@ -211,6 +211,7 @@ impl Given {
         }
         let assumed = AssumedModel::new(model.clone(), parts);
         let parameters = assumed.nuisances();
+        // Where nothing is refitted and the noise is as stated, one reading is enough.
         let alone = parameters == 0 && model.u_scale() == UncertaintyScale::Stated;
         if rows.len() <= parameters + 2 && !alone {
             return Err(DiagnoseError::TooFew {

@@ -41,34 +41,35 @@ pub struct Comparison {
     /// What is missing in them, one phrase each.
     pub missing: Vec<String>,
     /// What the diagnosis says; null where something is missing in the uncertainties.
-    pub finding: Option<Finding>,
+    pub finding: Option<AxisFinding>,
 }
 
 /// What the diagnosis of the one reading says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Finding {
+pub struct AxisFinding {
     /// The answer in one word.
     pub verdict: Verdict,
-    /// Probability of so large a gap under noise and what the model knows of itself.
-    pub p_global: f64,
+    /// Probability of so large a gap under noise and what the model knows of itself; null where the model was made from
+    /// this reading.
+    pub p_global: Option<f64>,
     /// The answer in plain words, with every effect that could make the gap.
     pub plain: String,
     /// What the model's file knows of itself, and where the reading puts it.
     pub known: Vec<KnownEntry>,
 }
 
-impl Finding {
-    fn of(document: Document, p_global: f64) -> Self {
+impl AxisFinding {
+    fn of(document: Document) -> Self {
         Self {
             verdict: document.verdict,
-            p_global,
+            p_global: document.noise.p_global,
             plain: document.plain,
             known: document.known,
         }
     }
 
     fn disagrees(&self) -> bool {
-        self.verdict != Verdict::Consistent || self.p_global <= SIGNIFICANCE
+        self.verdict != Verdict::Consistent || self.p_global.is_some_and(|p| p <= SIGNIFICANCE)
     }
 }
 
@@ -111,8 +112,8 @@ impl Comparison {
         match &self.finding {
             None => (
                 format!(
-                    "Simulation and measurement differ on the axis at {at_mm:.0} mm by {gap}; whether they agree cannot \
-                     be said, {}.",
+                    "Simulation and measurement differ on the axis at {at_mm:.0} mm by {gap}; whether they agree \
+                     cannot be said, {}.",
                     no_uncertainty(&self.missing)
                 ),
                 false,
@@ -181,9 +182,8 @@ pub fn on_axis(model: &Model, reduction: &Reduction) -> Result<Option<Comparison
                 quality: Quality::Ok,
             };
             let observations = [Observations::Readings(Readings::of(vec![row]))];
-            let document = diagnose(&model, &observations, None, "", &Settings::default())?.document;
-            let p_global = document.noise.p_global.unwrap_or(1.0);
-            Some(Finding::of(document, p_global))
+            let diagnosis = diagnose(&model, &observations, None, "", &Settings::default())?;
+            Some(AxisFinding::of(diagnosis.document))
         }
         None => None,
     };

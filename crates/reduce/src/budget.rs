@@ -109,11 +109,7 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
 /// Standard uncertainty of the intensity in every direction `[ic * ng + ig]`, cd: all that is known of it.
 pub fn of_directions_cd(grid: &Grid, common: &Common) -> Vec<f64> {
     let (distribution, gammas) = (&grid.distribution, grid.distribution.gamma_deg());
-    let raw = grid
-        .smoothed
-        .as_ref()
-        .map_or(distribution, |(raw, _)| raw)
-        .intensity_cd();
+    let raw = grid.as_read().intensity_cd();
     let slopes = grid.gamma_slopes_cd_per_deg();
     // All half-planes together made the one value of a pole.
     let poles: Vec<Option<f64>> = gammas

@@ -97,6 +97,11 @@ impl Grid {
         })
     }
 
+    /// The distribution as it was read, before smoothing.
+    pub fn as_read(&self) -> &IntensityDistribution {
+        self.smoothed.as_ref().map_or(&self.distribution, |(raw, _)| raw)
+    }
+
     /// Weight of every node in the luminous flux, in sr: Φ = Σ w·I.
     pub fn flux_weights_sr(&self) -> Vec<f64> {
         self.shared_at_poles(self.distribution.flux_weights_sr())

@@ -82,7 +82,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
     }
     let stopped = run.header.stopped.as_ref();
     let complete = stopped.is_some_and(|stopped| stopped.how == StopHow::Completed);
-    let mut rows: Vec<FromCurve> = run.readings.rows.iter().map(FromCurve::recorded).collect();
+    let mut rows: Vec<MergedRow> = run.readings.rows.iter().map(MergedRow::recorded).collect();
     for block in run
         .header
         .plan
@@ -112,7 +112,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         rows.extend(wanted);
     }
     // A burning of the lamp is a stretch of rows: they stand in the order of time.
-    let time_s = |row: &FromCurve| row.reading.time_s.unwrap_or_default();
+    let time_s = |row: &MergedRow| row.reading.time_s.unwrap_or_default();
     rows.sort_by(|a, b| time_s(a).total_cmp(&time_s(b)));
     if checks.is_empty() && complete {
         notes.push("no direction was read at rest after the sweeps: nothing shows that they say the same".to_owned());
@@ -139,7 +139,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
 }
 
 /// A reading at rest, or one that the curve of a sweep gives.
-struct FromCurve {
+struct MergedRow {
     /// Its number in the record, where it has one.
     recorded: Option<u64>,
     reading: Reading,
@@ -147,7 +147,7 @@ struct FromCurve {
     u_curve_lx: Option<f64>,
 }
 
-impl FromCurve {
+impl MergedRow {
     fn recorded(row: &Reading) -> Self {
         Self {
             recorded: Some(row.index),
@@ -182,7 +182,7 @@ fn shifts(block: &Block, swept: &[Swept<'_>]) -> Vec<Shift> {
 /// What the sweeps of a block give.
 struct OfBlock {
     /// Readings at its directions.
-    readings: Vec<FromCurve>,
+    readings: Vec<MergedRow>,
     /// The sentence on its sweeps.
     note: String,
     /// Its directions that were read at rest.
@@ -236,7 +236,7 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
             for sweep in giving {
                 let [noise, time, smoothing] = sweep.parts(gamma_deg);
                 parts.add([noise, time, smoothing], largest);
-                readings.push(FromCurve {
+                readings.push(MergedRow {
                     recorded: None,
                     reading: sweep.reading(Role::Point, (c_deg, gamma_deg), noise),
                     u_curve_lx: Some(time.hypot(smoothing)),
@@ -248,7 +248,7 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
         let curve = &sweep.along.curve;
         let [low, high] = curve.range_deg();
         if low <= 0.0 && high >= 0.0 && sweep.covers(0.0) && curve.at(0.0) > LEAST_REFERENCE * sweep.largest() {
-            readings.push(FromCurve {
+            readings.push(MergedRow {
                 recorded: None,
                 reading: sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)),
                 u_curve_lx: None,

@@ -112,7 +112,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         } else {
             (0.0, 0.0)
         };
-        // White noise without outliers is what was assumed to find that it is.
+        // Without correlation and outliers the second whitening would be the first.
         let (whitener, basis) = if rho == 0.0 && weights.iter().all(|weight| *weight == 1.0) {
             (unweighted, basis)
         } else {

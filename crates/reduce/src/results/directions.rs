@@ -17,11 +17,7 @@ const HEADER: &str = "c_deg,gamma_deg,intensity_cd,read_cd,u_own_cd,u_cd,origin,
 pub fn directions(reduction: &Reduction) -> String {
     let grid = &reduction.grid;
     let distribution = &grid.distribution;
-    let raw = grid
-        .smoothed
-        .as_ref()
-        .map_or(distribution, |(raw, _)| raw)
-        .intensity_cd();
+    let raw = grid.as_read().intensity_cd();
     let missing = reduction.i_max.missing.join("; ").replace('"', "\"\"");
     let mut text = format!("{HEADER}\n");
     let gammas = distribution.gamma_deg();

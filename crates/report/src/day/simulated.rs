@@ -116,7 +116,8 @@ pub fn comparison(day_results: &DayResults) -> Option<Section> {
         "The distribution comes from the lux meter far away, the spectrum from another instrument close by; nothing was fitted between \
          them. A gap in σ is in standard uncertainties (k = 1) of the difference: of the measurement, and of \
          what the model knows of itself, such as where in the luminous area the light leaves. One distance cannot tell \
-         that from an axial offset of the light centre or an error of the short distance: a second short distance would.",
+         that from an axial offset of the light centre or an error of the short distance: a second short distance \
+         would.",
     );
     Some(section)
 }
