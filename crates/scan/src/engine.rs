@@ -24,6 +24,7 @@ mod around;
 mod asleep;
 mod at_rest;
 mod coverage;
+mod half_planes;
 mod limit;
 mod outputs;
 mod paused;

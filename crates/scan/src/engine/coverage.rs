@@ -5,11 +5,12 @@
 
 use std::collections::HashMap;
 
-use isolux_record::plan::{Block, Pass};
+use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::SweepRecord;
 use isolux_record::{Role, Run};
 
 use super::session::Session;
+use crate::conversions::conversions;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::sweeps::step_deg;
@@ -54,11 +55,16 @@ impl Coverage {
 
     /// Takes account of one more sweep.
     pub fn add(&mut self, block: &Block, sweep: &SweepRecord) {
+        let way = sweep.of.way();
+        if way.half_plane_deg().is_none() {
+            // A ring is no result: where it has gaps it shows less.
+            return;
+        }
         let key = (block.name.clone(), sweep.of.c_target_deg.to_bits());
         let plane = self.planes.entry(key).or_default();
         plane.illuminated.resize(block.gamma_deg.len(), false);
         plane.count += 1;
-        plane.sign = (sweep.of.gamma_deg[1] - sweep.of.gamma_deg[0]).signum();
+        plane.sign = way.sign();
         let conversions = conversions(sweep);
         plane.nearest.resize(block.gamma_deg.len(), None);
         for (nearest, gamma_deg) in plane.nearest.iter_mut().zip(&block.gamma_deg) {
@@ -112,8 +118,10 @@ impl Coverage {
             let high = block.gamma_deg[(last + MARGIN).min(block.gamma_deg.len() - 1)];
             let gamma_deg = if plane.sign > 0.0 { [high, low] } else { [low, high] };
             let pass = Pass {
-                c_deg: *c_deg,
-                gamma_deg,
+                way: Way::HalfPlane {
+                    c_deg: *c_deg,
+                    gamma_deg,
+                },
                 speed_deg_s,
             };
             Some((plane.count, pass))
@@ -133,27 +141,6 @@ impl Coverage {
     }
 }
 
-/// γ at the middle of each conversion with a number, rising, and that number; those of an axis that stood still are
-/// none.
-fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
-    let positions = &sweep.positions;
-    let at = |time_s: f64| {
-        let next = positions.partition_point(|position| position.answered_s < time_s);
-        let (before, after) = (positions.get(next.checked_sub(1)?)?, positions.get(next)?);
-        let share = (time_s - before.answered_s) / (after.answered_s - before.answered_s);
-        Some(before.gamma_deg + share * (after.gamma_deg - before.gamma_deg))
-    };
-    let whole = sweep.light.iter().filter_map(|sample| {
-        let gamma_deg = at(sample.asked_s + 0.5 * sweep.of.integration_s)?;
-        Some((gamma_deg, sample.illuminance_lx?))
-    });
-    let mut conversions: Vec<(f64, f64)> = whole.collect();
-    conversions.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Before and after its motion the axis rests.
-    conversions.dedup_by(|a, b| a.0 - b.0 < 1e-3);
-    conversions
-}
-
 impl Session<'_> {
     /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of the
     /// plan.
@@ -165,19 +152,20 @@ impl Session<'_> {
             let Some(pass) = self.coverage.lacking(block) else {
                 return Ok(());
             };
-            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.c_deg == pass.c_deg);
+            let plane = pass.way.half_plane_deg();
+            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.way.half_plane_deg() == plane);
             let Some(planned) = visits.iter().rev().find(is_of_plane) else {
                 return Ok(());
             };
             self.look_at_wall_clock()?;
             self.awake(async |session| session.pause_if_asked().await).await?;
+            let ((c_deg, from), (_, to)) = (pass.from_deg(), pass.to_deg());
             self.note(&format!(
-                "C {}° is swept once more from γ {}° to {}°: no sweep of it has light everywhere",
-                pass.c_deg, pass.gamma_deg[0], pass.gamma_deg[1]
+                "C {c_deg}° is swept once more from γ {from}° to {to}°: no sweep of it has light everywhere"
             ))?;
             let visit = Visit {
                 pass: Some(pass),
-                gamma_deg: pass.gamma_deg[0],
+                gamma_deg: from,
                 again: true,
                 ..*planned
             };
