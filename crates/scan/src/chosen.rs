@@ -170,10 +170,10 @@ impl Chosen {
             let missed = whole(&gaps, target);
             let mut order: Vec<usize> = (0..gaps.len()).collect();
             order.sort_by(|a, b| gaps[*b].abs().total_cmp(&gaps[*a].abs()));
-            let beyond = BEYOND_RINGS * missed > wanted(target);
+            let beyond = u_of(missed) > wanted(target);
             let add = order.into_iter().find_map(|gap| {
                 let wanting = match target {
-                    PlaneTarget::UMapRel(wanted) => BEYOND_RINGS * gaps[gap] > wanted,
+                    PlaneTarget::UMapRel(wanted) => u_of(gaps[gap]) > wanted,
                     PlaneTarget::UFluxRel(_) => gaps[gap] != 0.0,
                 };
                 wanting.then(|| middle(block, &set, &halves, gap)).flatten()
@@ -185,13 +185,12 @@ impl Chosen {
                 }
                 None => {
                     let reason = format!(
-                        "of the {} rings a spline through {} half-planes misses {:.2} % {}, U = {:.2} % with the factor {BEYOND_RINGS}; \
-                         wanted is {:.2} %",
+                        "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); wanted is {:.2} %",
                         rings.len(),
                         halves.len(),
                         100.0 * missed,
                         of_what(target),
-                        100.0 * BEYOND_RINGS * missed,
+                        100.0 * u_of(missed),
                         100.0 * wanted(target)
                     );
                     return (set, reason);
@@ -437,6 +436,11 @@ fn whole(gaps: &[f64], target: PlaneTarget) -> f64 {
         PlaneTarget::UMapRel(_) => gaps.iter().copied().fold(0.0, f64::max),
         PlaneTarget::UFluxRel(_) => gaps.iter().map(|gap| gap.abs()).sum(),
     }
+}
+
+/// Standard uncertainty anywhere by what is missed of rings.
+fn u_of(missed: f64) -> f64 {
+    0.5 * BEYOND_RINGS * missed
 }
 
 fn wanted(target: PlaneTarget) -> f64 {

@@ -111,7 +111,7 @@ const MOST_STEP_DEG: f64 = 30.0;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum PlaneTarget {
-    /// Expanded uncertainty (k = 2) of the interpolation over C anywhere, in shares of the largest light.
+    /// Standard uncertainty (k = 1) of the interpolation over C anywhere, in shares of the largest light.
     UMapRel(f64),
     /// The same of the flux, relative.
     UFluxRel(f64),
