@@ -3,7 +3,7 @@
 //!
 //! A ring was read all round, so that a spline through its own light at the half-planes can be compared with it in every
 //! gap. That is what interpolation misses at the γ of the rings; anywhere it may be [`BEYOND_RINGS`] times as much, which
-//! is taken as U (k = 2). Between rings it is taken from one to the next. A half-plane that is left out is missed by as
+//! is taken as U (k = 2). Between rings it is taken from one to the next, and nowhere above the largest light of a γ. A half-plane that is left out is missed by as
 //! much as a gap twice as wide; a quarter of that is a standard uncertainty of the gaps beside it, where it is larger.
 
 use isolux_photometry::{AroundSpline, BEYOND_RINGS, Ring};
@@ -127,11 +127,15 @@ impl HalfPlanes {
         let u_cd = read
             .gamma_deg
             .iter()
-            .zip(&left_out)
-            .map(|(gamma, left_out)| {
+            .zip(left_out.iter().zip(&read.samples))
+            .map(|(gamma, (left_out, row))| {
+                // Where there is no light none is missed.
+                let brightest = row.iter().map(|sample| sample.intensity_cd).fold(0.0, f64::max);
                 let of_gap = |gap: usize| {
                     let beside = left_out[gap].abs().max(left_out[(gap + 1) % gaps].abs());
-                    (0.5 * BEYOND_RINGS * of_ring(*gamma, gap)).max(OF_LEFT_OUT * beside)
+                    (0.5 * BEYOND_RINGS * of_ring(*gamma, gap))
+                        .max(OF_LEFT_OUT * beside)
+                        .min(brightest)
                 };
                 (0..gaps).map(of_gap).collect()
             })
