@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::error::SweepError;
 use crate::disk::sha256;
+use crate::row_crc;
 
 /// First line of a file, before the sweep's description.
 const FIRST: &str = "# isolux-sweep/1";
@@ -163,7 +164,7 @@ impl SweepRecord {
         }
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, row) in rows {
-            text += &format!("{row}{:08x}\n", crc32fast::hash(row.as_bytes()));
+            text += &format!("{row}{}\n", row_crc::of(row.as_bytes()));
         }
         Ok(text)
     }
@@ -200,13 +201,11 @@ impl SweepRecord {
         let (mut positions, mut light) = (Vec::new(), Vec::new());
         for (line, row) in lines {
             let fields: Vec<&str> = row.split(',').collect();
-            let [what, requested, answered, value, digit, raw, crc] = fields.as_slice() else {
+            let [what, requested, answered, value, digit, raw, _] = fields.as_slice() else {
                 return Err(fault(line, format!("{} columns, expected 7", fields.len())));
             };
-            let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
-            if *crc != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
-                return Err(fault(line, "the row is damaged: its checksum is another".to_owned()));
-            }
+            row_crc::covered(row.as_bytes())
+                .map_err(|_| fault(line, "the row is damaged: its checksum is another".to_owned()))?;
             let number = |field: &str| match field.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
                 _ => Err(fault(line, format!("`{field}` is no finite number"))),

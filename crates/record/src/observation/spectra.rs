@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::Deserialize;
 
-use super::error::{ObservationError, Problem};
 use super::need::Need;
-use super::table::{Fields, Table, parse_toml, read_text};
 use crate::ReadingKind;
 use crate::document::{Fault, SourceText};
+use crate::table::{ObservationError, Problem};
+use crate::table::{Table, parse_toml, read_text};
 
 /// One wavelength of one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,34 +138,16 @@ impl SpectraSet {
         let csv_path = path.with_extension("csv");
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
         let values: &[&'static str] = if need == Need::Values { &["value", "u"] } else { &[] };
-        let columns = table.columns_with(
-            &csv_path,
-            &[&["index", "kind", "wavelength_nm"], values].concat(),
-            "index, kind, wavelength_nm, value, u",
-        )?;
-        let mut rows = Vec::with_capacity(table.rows.len());
+        let columns = table.columns_with(&csv_path, &[&["index", "kind", "wavelength_nm"], values].concat())?;
+        let mut rows = Vec::new();
         let mut seen: HashMap<(i64, ReadingKind, u64), u64> = HashMap::new();
-        for (line, fields) in &table.rows {
-            let fields = Fields {
-                path: &csv_path,
-                line: *line,
-                columns: &columns,
-                fields,
-            };
-            let word = fields.text("kind");
-            let kind: ReadingKind = word.parse().map_err(|_| {
-                let expected = "lit, baffled, lamp_off, capped";
-                fields.error(Problem::UnknownWord {
-                    column: "kind",
-                    found: word.to_owned(),
-                    expected,
-                })
-            })?;
+        for fields in table.rows(&csv_path, &columns) {
+            let kind = fields.word("kind")?;
             let index = fields
                 .whole("index")?
                 .ok_or_else(|| fields.error(Problem::Empty("index")))?;
             let wavelength_nm = fields.positive("wavelength_nm")?;
-            if let Some(first) = seen.insert((index, kind, wavelength_nm.to_bits()), *line) {
+            if let Some(first) = seen.insert((index, kind, wavelength_nm.to_bits()), fields.line()) {
                 let what = format!("{wavelength_nm} nm of spectrum {index}");
                 return Err(fields.error(Problem::Duplicate { what, first }));
             }
@@ -174,7 +156,7 @@ impl SpectraSet {
                 Need::Coordinates => (None, None),
             };
             rows.push(SpectrumRow {
-                line: *line,
+                line: fields.line(),
                 index,
                 kind,
                 wavelength_nm,
@@ -185,7 +167,7 @@ impl SpectraSet {
         if rows.is_empty() {
             return Err(ObservationError::new(&csv_path, None, Problem::NoRows("spectra")));
         }
-        let text = table.rows.into_iter().map(|(_, fields)| fields).collect();
+        let (header, text) = table.into_text();
         Ok(Self {
             path: csv_path,
             quantity: document.quantity,
@@ -195,7 +177,7 @@ impl SpectraSet {
             gamma_deg: document.gamma_deg,
             instrument: document.instrument,
             shared: document.u,
-            header: table.header,
+            header,
             text,
             rows,
         })

@@ -7,11 +7,11 @@ use serde::Deserialize;
 
 use super::{Cell, MapPose, MapSet, MapUnit};
 use crate::document::{Fault, SourceText};
-use crate::observation::error::{ObservationError, Problem};
 use crate::observation::image::read_image;
 use crate::observation::need::Need;
 use crate::observation::pair::OneOrTwo;
-use crate::observation::table::{Fields, Table, line_of, parse_toml, read_text};
+use crate::table::{ObservationError, Problem};
+use crate::table::{Table, line_of, parse_toml, read_text};
 
 /// Most bins of all maps of a file: beyond it they do not fit into memory.
 const MOST_CELLS: usize = 200_000_000;
@@ -187,11 +187,7 @@ impl MapSet {
         }
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
         let values: &[&'static str] = if need == Need::Values { &["signal", "u"] } else { &[] };
-        let columns = table.columns_with(
-            &csv_path,
-            &[&["map", "iy", "ix"], values].concat(),
-            "map, iy, ix, signal, u",
-        )?;
+        let columns = table.columns_with(&csv_path, &[&["map", "iy", "ix"], values].concat())?;
         let by_name: HashMap<&str, usize> = self
             .maps
             .iter()
@@ -199,15 +195,9 @@ impl MapSet {
             .map(|(i, map)| (map.name.as_str(), i))
             .collect();
         let [nx, ny] = self.bins;
-        let mut first_line: HashMap<Cell, u64> = HashMap::with_capacity(table.rows.len());
+        let mut first_line: HashMap<Cell, u64> = HashMap::new();
         let (mut signal, mut u) = (Vec::new(), Vec::new());
-        for (line, fields) in &table.rows {
-            let fields = Fields {
-                path: &csv_path,
-                line: *line,
-                columns: &columns,
-                fields,
-            };
+        for fields in table.rows(&csv_path, &columns) {
             let name = fields.text("map");
             let map = *by_name
                 .get(name)
@@ -225,7 +215,7 @@ impl MapSet {
                 iy: index("iy", ny)?,
                 ix: index("ix", nx)?,
             };
-            if let Some(first) = first_line.insert(cell, *line) {
+            if let Some(first) = first_line.insert(cell, fields.line()) {
                 let what = format!("map `{name}`, iy {}, ix {}", cell.iy, cell.ix);
                 return Err(fields.error(Problem::Duplicate { what, first }));
             }
