@@ -2,6 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 
+use super::header::{FORMAT, FORMAT_3};
 use crate::disk::DiskError;
 use crate::document::DocumentError;
 use crate::readings::{Layout, ReadingsError};
@@ -29,6 +30,17 @@ pub enum RunError {
     /// The system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
+    /// A run of a format that is read no more, or not yet.
+    #[error(
+        "{file}:1: the run has the format {found}; this program reads {FORMAT} and {FORMAT_3}. Reduce it with the \
+         version that wrote it (`program` in that file), or measure again"
+    )]
+    OtherFormat {
+        /// run.toml.
+        file: Utf8PathBuf,
+        /// Its format.
+        found: String,
+    },
     /// run.toml is not what this program wrote.
     #[error("{file} was changed or damaged after it was written: {what}; restore it from a copy")]
     HeaderChanged {

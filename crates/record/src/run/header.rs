@@ -318,10 +318,22 @@ impl RunHeader {
         Ok(body + &check)
     }
 
-    /// Parses run.toml of any format.
+    /// Parses run.toml of either format.
     fn parse(file: &Utf8Path, text: &str) -> Result<Self, RunError> {
-        let is_old = text.starts_with(&format!("format = \"{FORMAT_3}\""));
-        let format = if is_old { FORMAT_3 } else { FORMAT };
+        let first = text.lines().next().unwrap_or_default();
+        let stated = first
+            .strip_prefix("format = \"")
+            .and_then(|rest| rest.strip_suffix('"'));
+        let format = match stated {
+            Some(FORMAT_3) => FORMAT_3,
+            Some(found) if found != FORMAT && found.starts_with("isolux-run/") => {
+                return Err(RunError::OtherFormat {
+                    file: file.to_owned(),
+                    found: found.to_owned(),
+                });
+            }
+            _ => FORMAT,
+        };
         let changed = |what: &str| RunError::HeaderChanged {
             file: file.to_owned(),
             what: what.to_owned(),
