@@ -2,7 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 
-use super::header::{FORMAT, FORMAT_3};
+use super::format::{FORMAT, FORMAT_3};
 use crate::disk::DiskError;
 use crate::document::DocumentError;
 use crate::readings::{Layout, ReadingsError};

@@ -6,9 +6,10 @@ use jiff::{SignedDuration, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use super::error::{RunError, vacant};
+use super::format::{FORMAT, FORMAT_3};
 use crate::disk::sha256;
 use crate::document::{SourceText, read_text};
-use crate::event::{Event, Logged};
+use crate::event::{Event, Logged, StopHow};
 use crate::plan::Plan;
 use crate::reading::Reading;
 use crate::readings::Layout;
@@ -16,12 +17,6 @@ use crate::spectra::SpectralCalibration;
 use crate::station::Station;
 use crate::subject::{Commission, Luminaire, Subject};
 use crate::sweeps::SweepEntry;
-
-/// Value of `format` in run.toml.
-pub const FORMAT: &str = "isolux-run/4";
-
-/// The format before: readings with the time since the lamp was switched on, and none on the axis of the run.
-pub const FORMAT_3: &str = "isolux-run/3";
 
 /// run.toml.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -167,28 +162,6 @@ pub struct Stopped {
     /// SHA-256 of events.jsonl with these lines; set by the record.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub events_sha256: Option<String>,
-}
-
-/// How a run ended, in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StopHow {
-    /// Every point of the plan was read.
-    Completed,
-    /// A person or a signal asked for it.
-    Interrupted,
-    /// An instrument or the system failed.
-    Failed,
-}
-
-impl std::fmt::Display for StopHow {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Completed => "completed",
-            Self::Interrupted => "interrupted",
-            Self::Failed => "failed",
-        })
-    }
 }
 
 impl Stopped {
