@@ -1,5 +1,6 @@
 //! TOML documents written by people: parsed with the file, line and remedy of every fault.
 
+pub mod bounds;
 pub mod file;
 mod wrong_type;
 

@@ -8,10 +8,10 @@ use std::str::FromStr;
 use camino::Utf8Path;
 
 pub use self::error::{ObservationError, Problem};
-use crate::document::SourceText;
+use crate::document::{Fault, SourceText};
 use crate::file::{self, LARGEST_TABLE};
 use crate::reading::UnknownWord;
-use crate::row_crc::{self, Damaged};
+use crate::row_crc;
 
 /// A CSV file in memory: header, rows, and the line of each row.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,6 +43,14 @@ pub(crate) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: 
         let wrong = SourceText { file: path, text }.toml_error(&error);
         ObservationError::new(path, wrong.line.map(|line| line as u64), Problem::Toml(wrong.message))
     })
+}
+
+/// What is wrong with a key of the TOML file `text`, with its line.
+pub(crate) fn wrong_key<'a>(path: &'a Utf8Path, text: &'a str) -> impl Fn(Fault) -> ObservationError + 'a {
+    move |fault| {
+        let wrong = SourceText { file: path, text }.locate(&fault);
+        ObservationError::new(path, wrong.line.map(|line| line as u64), Problem::Toml(wrong.message))
+    }
 }
 
 pub(crate) fn line_of(text: &str, at: usize) -> u64 {
@@ -207,12 +215,17 @@ impl Fields<'_> {
         })
     }
 
-    /// Compares the row with its checksum, which is in the last column.
+    /// Compares the row with its checksum, `row_crc` in the last column.
     pub fn checked(&self) -> Result<(), ObservationError> {
-        let covered = row_crc::covered(self.row.text.as_bytes());
-        covered
-            .map(|_| ())
-            .map_err(|Damaged { found, computed }| self.error(Problem::Checksum { found, computed }))
+        let end = self.row.text.rfind(',').map_or(0, |comma| comma + 1);
+        let (found, computed) = (
+            self.text("row_crc").to_owned(),
+            row_crc::of(&self.row.text.as_bytes()[..end]),
+        );
+        if found == computed {
+            return Ok(());
+        }
+        Err(self.error(Problem::Checksum { found, computed }))
     }
 
     pub fn optional(&self, column: &'static str) -> Result<Option<f64>, ObservationError> {

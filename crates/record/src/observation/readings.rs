@@ -230,10 +230,12 @@ fn place(rows: &mut [ReadingRow], burnings: &[Option<u32>]) {
 }
 
 fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationError> {
+    let kind = fields.word("kind")?;
     let quality = match fields.text("quality") {
         "" => Quality::Ok,
         _ => fields.word("quality")?,
     };
+    let gamma_deg = fields.within("gamma_deg", -180.0, 180.0, "between -180 and 180")?;
     let travel = fields.whole("travel")?.unwrap_or(0);
     fields.require((-1..=1).contains(&travel), "travel", travel as f64, "-1, 0 or 1")?;
     let (illuminance_lx, u_lx) = match (need, quality) {
@@ -245,11 +247,11 @@ fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationE
         index: fields.whole("index")?,
         block: fields.text("block").to_owned(),
         at: ReadingCoordinates {
-            kind: fields.word("kind")?,
+            kind,
             time_s: fields.optional("time_s")?,
             lamp_s: fields.optional("lamp_s")?,
             c_deg: fields.number("c_deg")?,
-            gamma_deg: fields.within("gamma_deg", -180.0, 180.0, "between -180 and 180")?,
+            gamma_deg,
             distance_mm: fields.positive("distance_mm")?,
             travel: travel as i8,
             range: fields.whole("range")?.map(|range| range as i32),

@@ -7,9 +7,10 @@ use serde::Deserialize;
 
 use super::need::Need;
 use crate::ReadingKind;
-use crate::document::{Fault, SourceText};
+use crate::document::Fault;
+use crate::document::bounds::within;
 use crate::table::{ObservationError, Problem};
-use crate::table::{Table, parse_toml, read_text};
+use crate::table::{Table, parse_toml, read_text, wrong_key};
 
 /// One wavelength of one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +79,17 @@ struct Document {
     u: SharedErrors,
 }
 
+impl Document {
+    fn check(&self) -> Result<(), Fault> {
+        within("distance_mm", self.distance_mm, 1e-3..=1e6, " mm")?;
+        within("c_deg", self.c_deg, -720.0..=720.0, "°")?;
+        within("gamma_deg", self.gamma_deg, -360.0..=360.0, "°")?;
+        within("u.gain_rel", self.u.gain_rel, 0.0..=10.0, " (a fraction)")?;
+        within("u.shape_rel", self.u.shape_rel, 0.0..=10.0, " (a fraction)")?;
+        within("u.wavelength_nm", self.u.wavelength_nm, 0.0..=1000.0, " nm")
+    }
+}
+
 impl SpectraSet {
     /// Spectra from `spectra.toml` and the CSV of the same name beside it.
     ///
@@ -86,55 +98,7 @@ impl SpectraSet {
     pub fn open(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
         let text = read_text(path)?;
         let document: Document = parse_toml(path, &text)?;
-        for (column, value, low, high, expected) in [
-            (
-                "distance_mm",
-                document.distance_mm,
-                1e-3,
-                1e6,
-                "within 0.001 to 1000000",
-            ),
-            ("c_deg", document.c_deg, -720.0, 720.0, "within -720 to 720"),
-            ("gamma_deg", document.gamma_deg, -360.0, 360.0, "within -360 to 360"),
-            (
-                "u.gain_rel",
-                document.u.gain_rel.unwrap_or(0.0),
-                0.0,
-                10.0,
-                "within 0 to 10",
-            ),
-            (
-                "u.shape_rel",
-                document.u.shape_rel.unwrap_or(0.0),
-                0.0,
-                10.0,
-                "within 0 to 10",
-            ),
-            (
-                "u.wavelength_nm",
-                document.u.wavelength_nm.unwrap_or(0.0),
-                0.0,
-                1000.0,
-                "within 0 to 1000",
-            ),
-        ] {
-            if !(low..=high).contains(&value) {
-                let at = SourceText {
-                    file: path,
-                    text: &text,
-                }
-                .locate(&Fault::new(column, ""));
-                return Err(ObservationError::new(
-                    path,
-                    at.line.map(|line| line as u64),
-                    Problem::OutOfRange {
-                        column,
-                        found: value,
-                        expected,
-                    },
-                ));
-            }
-        }
+        document.check().map_err(wrong_key(path, &text))?;
         let csv_path = path.with_extension("csv");
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
         let values: &[&'static str] = if need == Need::Values { &["value", "u"] } else { &[] };
