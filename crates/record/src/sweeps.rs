@@ -3,14 +3,12 @@
 //! No number in it is corrected: what the light belongs to is computed from it by the reduction, and can be computed
 //! again by a better one.
 
-mod error;
-
 use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
 
-pub use self::error::SweepError;
 use crate::disk::sha256;
 use crate::row_crc;
+use crate::table::{ObservationError, Problem};
 
 /// First line of a file, before the sweep's description.
 const FIRST: &str = "# isolux-sweep/1";
@@ -131,9 +129,9 @@ impl SweepRecord {
     /// The file's bytes: the description as TOML behind `#`, then one row a sample with a checksum of its own.
     ///
     /// # Errors
-    /// [`SweepError::Description`] for a description that TOML cannot hold.
-    pub fn to_csv(&self) -> Result<String, SweepError> {
-        let described = toml::to_string(&self.of).map_err(|error| SweepError::Description(error.to_string()))?;
+    /// A description that TOML cannot hold.
+    pub fn to_csv(&self) -> Result<String, toml::ser::Error> {
+        let described = toml::to_string(&self.of)?;
         let mut text = format!("{FIRST}\n");
         for line in described.lines() {
             text += &format!("# {line}\n");
@@ -172,13 +170,9 @@ impl SweepRecord {
     /// Parses a file of `sweeps/`.
     ///
     /// # Errors
-    /// [`SweepError`] with line and column.
-    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SweepError> {
-        let fault = |line: usize, message: String| SweepError::Content {
-            file: file.to_owned(),
-            line,
-            message,
-        };
+    /// [`ObservationError`] with the line.
+    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, ObservationError> {
+        let fault = |line: usize, what: String| ObservationError::new(file, Some(line as u64), Problem::Record(what));
         let mut lines = text.lines().enumerate().map(|(place, line)| (place + 1, line));
         if lines.next().is_none_or(|(_, first)| first != FIRST) {
             return Err(fault(1, format!("not a sweep of a run: it begins with `{FIRST}`")));

@@ -5,10 +5,9 @@ use camino::{Utf8Path, Utf8PathBuf};
 use super::format::{FORMAT, FORMAT_3};
 use crate::disk::DiskError;
 use crate::document::DocumentError;
-use crate::readings::{Layout, ReadingsError};
+use crate::readings::Layout;
 use crate::run_lock::LOCK_FILE;
 use crate::spectra::SpectrumError;
-use crate::sweeps::SweepError;
 
 /// A run directory that cannot be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -62,21 +61,15 @@ pub enum RunError {
     /// run.toml cannot be used.
     #[error(transparent)]
     Header(#[from] DocumentError),
-    /// The header could not be written as TOML.
-    #[error("run.toml: {0}")]
+    /// A header or a sweep could not be written as TOML.
+    #[error("cannot be written as TOML: {0}")]
     Serialise(#[from] toml::ser::Error),
     /// An event could not be written as JSON.
     #[error("events.jsonl: {0}")]
     Event(serde_json::Error),
-    /// readings.csv cannot be trusted.
-    #[error(transparent)]
-    Readings(#[from] ReadingsError),
     /// A spectrum cannot be used.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
-    /// A sweep cannot be used.
-    #[error(transparent)]
-    Sweep(#[from] SweepError),
     /// Another process has taken the folder over from this one.
     #[error("{path} was taken over by another process; this one writes nothing more to it")]
     TakenOver {
