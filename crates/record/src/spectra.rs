@@ -370,6 +370,8 @@ pub(crate) mod tests {
             parse("# made 2026\nwavelength_nm,factor\n350,1e-6\n850,2e-6\n").unwrap()[1],
             (850.0, 2e-6)
         );
+        let of_a_spreadsheet = "\u{feff}\"factor\",\"wavelength_nm\"\r\n1e-6, 350\r\n\"2e-6\",850\r\n";
+        assert_eq!(parse(of_a_spreadsheet).unwrap(), [(350.0, 1e-6), (850.0, 2e-6)]);
         for (text, line, said) in [
             ("nm,f\n", Some(1), "column `wavelength_nm` is missing"),
             (
