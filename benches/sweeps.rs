@@ -2,10 +2,11 @@
 //! room whose meter has a latency, a lag and a clock of its own → scan → reduction → truth, in virtual time.
 //!
 //!     cargo bench -p isolux-app --bench sweeps -- [FILE or FOLDER …] [--seeds 10] [--at-rest 10] [--speed 15]
-//!         [--proposed] [--cases] [--only NAME] [--keep FOLDER]
+//!         [--target 0.02] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
-//! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes;
+//! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target` u of
+//! the map, relative, for which half-planes are chosen from 72 in place of 24;
 //! `--proposed` the half-planes and γ that `init` proposes for the lamp in place of 24 × 2°; `--cases` a line a scan;
 //! `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses is named and
 //! left out.
@@ -60,6 +61,7 @@ struct Wanted {
     seeds: u64,
     at_rest: u64,
     speed_deg_s: Option<f64>,
+    target: Option<f64>,
     proposed: bool,
     cases: bool,
     only: Option<String>,
@@ -143,6 +145,7 @@ fn wanted() -> Outcome<Wanted> {
         seeds: 10,
         at_rest: 10,
         speed_deg_s: None,
+        target: None,
         proposed: false,
         cases: false,
         only: None,
@@ -156,6 +159,7 @@ fn wanted() -> Outcome<Wanted> {
             "--seeds" => wanted.seeds = value()?.parse()?,
             "--at-rest" => wanted.at_rest = value()?.parse()?,
             "--speed" => wanted.speed_deg_s = Some(value()?.parse()?),
+            "--target" => wanted.target = Some(value()?.parse()?),
             "--proposed" => wanted.proposed = true,
             "--cases" => wanted.cases = true,
             "--only" => wanted.only = Some(value()?),
@@ -296,6 +300,12 @@ fn planned(text: &str, wanted: &Wanted, how: How) -> String {
         block += usize::from(line == "[[block]]");
         let key = line.split([' ', '=']).next().unwrap_or("");
         match (key, how) {
+            ("c_range", How::InMotion)
+                if block == 1
+                    && let Some(target) = wanted.target =>
+            {
+                format!("c_range = [0, 175, 5]\ntarget = {{ u_map_rel = {target} }}\n")
+            }
             ("c_range", How::InMotion) if block == 1 && !wanted.proposed => "c_range = [0, 165, 15]\n".to_owned(),
             ("c_range", How::AtRest) if block == 1 && !wanted.proposed => "c_range = [0, 360, 15]\n".to_owned(),
             ("gamma_range", How::InMotion) if block == 1 && !wanted.proposed => {

@@ -220,6 +220,68 @@ fn half_planes_are_not_bent_towards_each_other_by_what_their_curves_leave_open()
     assert!(reduction.grid.nodes.iter().all(in_motion));
 }
 
+/// A lamp that is even over half of the circle and has a narrow lobe of C in the other.
+fn one_lobe(c: f64, gamma: f64) -> f64 {
+    let off = (c - 130.0 + 180.0).rem_euclid(360.0) - 180.0;
+    let lobe = 0.4 * gamma.to_radians().sin() * (-0.5 * (off / 18.0).powi(2)).exp();
+    900.0 * gamma.to_radians().cos().max(0.0).powi(2) * (1.0 + lobe)
+}
+
+/// Half-planes every 5° from which some are chosen.
+fn chosen() -> Plan {
+    let text = toml::to_string(&plan(&format!("{IN_MOTION}\ntarget = {{ u_map_rel = 0.01 }}"))).unwrap();
+    Plan::parse(
+        Utf8Path::new("plan.toml"),
+        &text.replace("[0.0, 150.0, 30.0]", "[0.0, 175.0, 5.0]"),
+    )
+    .unwrap()
+}
+
+#[test]
+fn chosen_half_planes_give_the_others_with_an_uncertainty_that_holds() {
+    let darkroom = room_of(table_of(one_lobe), "");
+    let truth = Room::new(darkroom.clone());
+    let (_keep, path) = folder();
+    scanned(&darkroom, &chosen(), Target::New(&path), None).unwrap();
+    let reduction = reduced(&path);
+    let between = reduction.between.as_ref().unwrap();
+    assert_eq!((between.count, reduction.grid.distribution.c_deg().len()), (72, 72));
+    let read = &between.read_c_deg;
+    assert!(read.len() < 36, "{read:?}");
+    let near = |at: f64| read.iter().filter(|c| (**c - at).abs() <= 30.0).count();
+    assert!(near(130.0) > near(40.0), "closer where the light changes: {read:?}");
+    let (worst, outside, count) = judged(&reduction, &truth);
+    assert!(
+        worst < 0.02 && outside < 0.05,
+        "worst {worst}, {outside} of {count} outside"
+    );
+    // Without what rings and left-out half-planes show, the lobe's sides are believed too well.
+    let interpolated = reduction.grid.nodes.iter().filter(|node| !between.is_read(node.c_deg));
+    assert!(
+        interpolated
+            .clone()
+            .all(|node| node.u_curve_cd.is_some_and(|u_cd| u_cd > 0.0))
+    );
+    assert!(interpolated.count() > 30 * 59);
+    assert!(reduction.flux.parts["interpolation_over_c"] > 0.0);
+    let flux = reduction.flux.value / (1.0 + truth.document().luxmeter.gain_error_rel);
+    assert!((flux / darkroom.lamp.flux_lm - 1.0).abs() < 0.0025);
+    assert!(
+        reduction
+            .notes
+            .iter()
+            .any(|note| note.starts_with("half-planes were chosen"))
+    );
+    // Interrupted it is no finished choice: the half-planes of the plan are what is missing.
+    let (_keep, cut) = folder();
+    scanned(&darkroom, &chosen(), Target::New(&cut), Some(2160.0)).unwrap_err();
+    let partial = reduced(&cut).partial.unwrap();
+    assert_eq!(partial.planned_c_deg.len(), 72);
+    scanned(&darkroom, &chosen(), Target::Resume(&cut), None).unwrap();
+    let resumed = reduced(&cut);
+    assert_eq!(resumed.between.unwrap().read_c_deg, between.read_c_deg);
+}
+
 /// What the directions say that were read at rest after the sweeps.
 fn checked(reduction: &Reduction) -> &str {
     let note = reduction.notes.iter().find(|note| note.contains("were read at rest"));

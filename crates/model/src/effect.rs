@@ -52,7 +52,7 @@ pub enum EffectError {
         /// The key.
         key: &'static str,
     },
-    /// A value that is not finite.
+    /// A value that is not finite, or outside what it can be.
     #[error("effect `{effect}`: {key} = {value} is not possible: {expected}")]
     Value {
         /// The effect.
@@ -139,6 +139,16 @@ impl Effect {
                 });
             };
             values[index] = Some(value);
+        }
+        for (parameter, value) in spec.parameters.iter().zip(&values) {
+            if let Some(value) = value.filter(|value| parameter.share && !(0.0..=1.0).contains(value)) {
+                return Err(EffectError::Value {
+                    effect: spec.name,
+                    key: parameter.key,
+                    value,
+                    expected: "it must be from 0 to 1",
+                });
+            }
         }
         let is_amplitude = |role| matches!(role, Role::Amplitude | Role::Alternative);
         let has_amplitude = spec

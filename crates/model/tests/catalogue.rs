@@ -17,7 +17,7 @@ floor_reflection | bench | albedo, height_mm
 distance_offset | bench | offset_mm
 axial_centre | bench | offset_mm
 lateral_centre | bench | offset_mm, azimuth_deg
-near_field | luminaire | radius_mm, aim_deg
+near_field | luminaire | radius_mm, aim_deg, inner_share, inner_radius_rel
 gamma_zero | bench | offset_deg
 gamma_sag | bench | amplitude_deg
 c_zero | bench | offset_deg

@@ -8,6 +8,7 @@
 //!
 //! Frame (CIE 121, EN 13032-1): d(C, γ) = (sin γ cos C, sin γ sin C, cos γ).
 
+mod around;
 mod curve;
 mod direction;
 mod distribution;
@@ -16,6 +17,7 @@ mod flux;
 mod smooth;
 mod symmetry;
 
+pub use around::{AroundSpline, BEYOND_RINGS, Missed, Ring};
 pub use direction::{angles_deg, direction, polar_deg};
 pub use distribution::{DistributionError, IntensityDistribution, Peak};
 pub use divergence::Divergence;

@@ -131,6 +131,15 @@ pub enum Event {
         #[serde(skip)]
         record: Option<Box<SpectrumRecord>>,
     },
+    /// Half-planes of a block of sweeps were chosen.
+    HalfPlanes {
+        /// The block.
+        block: String,
+        /// Those that are swept next, degrees.
+        c_deg: Vec<f64>,
+        /// Why these.
+        reason: String,
+    },
     /// A visit or a warm-up is made again.
     Again {
         /// Why.

@@ -11,7 +11,7 @@ use crate::limits::{Limits, LimitsDocument};
 use crate::reading::ReadingKind;
 use crate::station::valid::block_distance;
 
-pub use sweep::{Mode, Pass, SPEED_DEG_S};
+pub use sweep::{Mode, Pass, PlaneTarget, RINGS, SPEED_DEG_S, Way, ring};
 
 /// Value of `format` in a plan file.
 pub const FORMAT: &str = "isolux-plan/1";
@@ -86,6 +86,9 @@ pub struct BlockDocument {
     /// Speed of γ in a sweep, °/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_deg_s: Option<f64>,
+    /// Half-planes are chosen from those of `c_deg` until this is reached; without it all are swept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<PlaneTarget>,
     /// Readings a point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<u32>,
@@ -156,6 +159,8 @@ pub struct Block {
     pub order: Order,
     /// Speed of γ in °/s where the block is read in motion.
     pub sweep_deg_s: Option<f64>,
+    /// What its half-planes are chosen for, where not all of them are swept.
+    pub target: Option<PlaneTarget>,
     /// Points between two visits to the reference point.
     pub reference_every: Option<u32>,
     /// How often a point is read.
@@ -167,8 +172,9 @@ pub struct Block {
 impl Block {
     /// The sweeps of a block that is read in motion, in their order; none of one that is read at rest.
     pub fn passes(&self) -> Vec<Pass> {
-        self.sweep_deg_s
-            .map_or_else(Vec::new, |speed| sweep::passes(&self.c_deg, &self.gamma_deg, speed))
+        self.sweep_deg_s.map_or_else(Vec::new, |speed| {
+            sweep::passes(&self.c_deg, &self.gamma_deg, speed, self.target.is_some())
+        })
     }
 }
 
@@ -271,6 +277,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         ));
     }
     let sweep_deg_s = sweep::speed(path, block, &gamma_deg)?;
+    let target = sweep::target(path, block, &c_deg, &gamma_deg)?;
     if let Some(distance) = block.distance_mm {
         block_distance(&key("distance_mm"), distance)?;
     }
@@ -321,6 +328,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         distance_mm: block.distance_mm,
         order: block.order,
         sweep_deg_s,
+        target,
         reference_every: block.reference_every,
         repeats,
         prompt: block.prompt.clone(),
@@ -453,12 +461,15 @@ repeats = 20
         let passes = plan.blocks()[0].passes();
         assert_eq!(passes.len(), 4 + 11);
         assert_eq!(
-            (passes[0].gamma_deg, passes[1].gamma_deg),
+            (passes[0].way.moving_deg(), passes[1].way.moving_deg()),
             ([-180.0, 180.0], [180.0, -180.0])
         );
-        assert_eq!((passes[2].gamma_deg, passes[3].speed_deg_s), ([-60.0, 60.0], 4.0));
+        assert_eq!(
+            (passes[2].way.moving_deg(), passes[3].speed_deg_s),
+            ([-60.0, 60.0], 4.0)
+        );
         assert!(
-            passes.windows(2).all(|pair| pair[0].sign() == -pair[1].sign()),
+            passes.windows(2).all(|pair| pair[0].way.sign() == -pair[1].way.sign()),
             "each begins where the last ended"
         );
         // 8 °/s at 40 °/s²: 0.8° of ramp and 2° of cruise.
@@ -475,6 +486,37 @@ repeats = 20
             ("[-180, 180, 2]", "[180, -180, -2]", "rising"),
         ] {
             let text = sweeps.replacen(from, to, 1).replace("reference_every = 6\n", "");
+            let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
+            assert!(error.contains(word), "{to}: {error}");
+        }
+    }
+
+    #[test]
+    fn half_planes_are_chosen_from_those_all_round() {
+        let chosen = PLAN
+            .replace("[0, 360, 15]", "[0, 175, 5]")
+            .replace(
+                "[0.0, 180.0, 2.0]",
+                "[-180, 180, 2]\nmode = \"sweep\"\ntarget = { u_map_rel = 0.02 }",
+            )
+            .replace("reference_every = 91\n", "");
+        let plan = Plan::parse(Utf8Path::new("p.toml"), &chosen).unwrap();
+        let block = &plan.blocks()[0];
+        assert_eq!(block.target, Some(PlaneTarget::UMapRel(0.02)));
+        let passes = block.passes();
+        assert_eq!(passes.len(), 4 + RINGS + 35);
+        assert!(passes[4].way.half_plane_deg().is_none() && passes[4].ends_deg(40.0)[1] < 365.0);
+        let written = toml::to_string(&plan).unwrap();
+        assert_eq!(Plan::parse(Utf8Path::new("again.toml"), &written).unwrap(), plan);
+        for (from, to, word) in [
+            ("u_map_rel = 0.02", "u_map_rel = 0.0", "0.0001 to 0.5"),
+            ("u_map_rel = 0.02", "u_mean_rel = 0.02", "u_mean_rel"),
+            ("[0, 175, 5]", "[0, 90, 5]", "all round"),
+            ("[0, 175, 5]", "[0, 140, 35]", "all round"),
+            ("[-180, 180, 2]", "[-90, 180, 2]", "both sides"),
+            ("mode = \"sweep\"\n", "", "belongs to blocks"),
+        ] {
+            let text = chosen.replacen(from, to, 1);
             let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
             assert!(error.contains(word), "{to}: {error}");
         }

@@ -1,4 +1,4 @@
-//! `sweeps/NNN.csv`: one sweep of γ as it was read, positions and light with the instants of request and answer.
+//! `sweeps/NNN.csv`: one sweep of γ, or of C around a ring, as it was read, positions and light with the instants of request and answer.
 //!
 //! No number in it is corrected: what the light belongs to is computed from it by the reduction, and can be computed
 //! again by a better one.
@@ -7,6 +7,7 @@ use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
 
 use crate::disk::sha256;
+use crate::plan::Way;
 use crate::row_crc;
 use crate::table::{ObservationError, Problem};
 
@@ -20,7 +21,7 @@ const COLUMNS: &str = "what,asked_s,answered_s,value,digit,raw,crc32";
 pub struct SweepRecord {
     /// What it is.
     pub of: SweepOf,
-    /// Positions of the γ axis.
+    /// Positions of the axis that moved.
     pub positions: Vec<PositionSample>,
     /// Conversions of the lux meter.
     pub light: Vec<LightSample>,
@@ -39,11 +40,15 @@ pub struct SweepOf {
     /// Why it ended before its end or cannot be used; none for a whole sweep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torn: Option<String>,
-    /// Half-plane at which C rests, read back, and the one of the plan, degrees.
+    /// Half-plane at which C rests, read back, degrees; of a ring C at its beginning.
     pub c_deg: f64,
-    /// The half-plane of the plan, degrees.
+    /// The half-plane of the plan, degrees; of a ring C at its beginning.
     pub c_target_deg: f64,
-    /// First and last γ of the plan on the way, degrees: what lies outside belongs to run-up and run-out.
+    /// C at its end, where the sweep is a ring: C moved while γ rested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ring_to_c_deg: Option<f64>,
+    /// First and last γ of the plan on the way, degrees: what lies outside belongs to run-up and run-out. Of a ring its γ
+    /// twice.
     pub gamma_deg: [f64; 2],
     /// Cruising speed as the drive has taken it, °/s.
     pub speed_deg_s: f64,
@@ -70,8 +75,8 @@ pub struct SweepOf {
 pub struct PositionSample {
     /// Seconds of the run at which its answer was complete.
     pub answered_s: f64,
-    /// γ by the axis' own count, degrees.
-    pub gamma_deg: f64,
+    /// Place by the axis' own count, degrees.
+    pub place_deg: f64,
 }
 
 /// One conversion of the meter.
@@ -114,6 +119,31 @@ impl SweepEntry {
     }
 }
 
+impl SweepOf {
+    /// What it went along.
+    pub fn way(&self) -> Way {
+        match self.ring_to_c_deg {
+            Some(to) => Way::Ring {
+                gamma_deg: self.gamma_deg[0],
+                c_deg: [self.c_target_deg, to],
+            },
+            None => Way::HalfPlane {
+                c_deg: self.c_target_deg,
+                gamma_deg: self.gamma_deg,
+            },
+        }
+    }
+
+    /// What its positions are called in the file.
+    fn place(&self) -> &'static str {
+        if self.ring_to_c_deg.is_some() {
+            "c_deg"
+        } else {
+            "gamma_deg"
+        }
+    }
+}
+
 impl SweepRecord {
     /// Its entry in run.toml, for the bytes of its file.
     pub fn entry(&self, bytes: &[u8]) -> SweepEntry {
@@ -137,9 +167,10 @@ impl SweepRecord {
             text += &format!("# {line}\n");
         }
         text += &format!("{COLUMNS}\n");
+        let place = self.of.place();
         let mut rows: Vec<(f64, String)> = Vec::with_capacity(self.positions.len() + self.light.len());
         for sample in &self.positions {
-            let row = format!("gamma_deg,,{},{},,,", sample.answered_s, sample.gamma_deg + 0.0);
+            let row = format!("{place},,{},{},,,", sample.answered_s, sample.place_deg + 0.0);
             rows.push((sample.answered_s, row));
         }
         for sample in &self.light {
@@ -206,9 +237,9 @@ impl SweepRecord {
             };
             let answered_s = number(answered)?;
             match *what {
-                "gamma_deg" => positions.push(PositionSample {
+                what if what == of.place() => positions.push(PositionSample {
                     answered_s,
-                    gamma_deg: number(value)?,
+                    place_deg: number(value)?,
                 }),
                 "illuminance_lx" => light.push(LightSample {
                     asked_s: number(requested)?,
@@ -220,7 +251,7 @@ impl SweepRecord {
                 other => {
                     return Err(fault(
                         line,
-                        format!("`{other}` is neither gamma_deg nor illuminance_lx"),
+                        format!("`{other}` is neither {} nor illuminance_lx", of.place()),
                     ));
                 }
             }
@@ -242,6 +273,7 @@ pub(crate) mod tests {
                 torn: None,
                 c_deg: 14.999,
                 c_target_deg: 15.0,
+                ring_to_c_deg: None,
                 gamma_deg: [-180.0, 180.0],
                 speed_deg_s: 10.0,
                 distance_mm: 3700.0,
@@ -255,7 +287,7 @@ pub(crate) mod tests {
             positions: (0..5)
                 .map(|k| PositionSample {
                     answered_s: 100.0 + f64::from(k),
-                    gamma_deg: 10.0 * f64::from(k) - 20.0,
+                    place_deg: 10.0 * f64::from(k) - 20.0,
                 })
                 .collect(),
             light: (0..4)
@@ -276,6 +308,22 @@ pub(crate) mod tests {
         let text = sweep.to_csv().unwrap();
         assert_eq!(SweepRecord::parse(Utf8Path::new("s.csv"), &text).unwrap(), sweep);
         assert_eq!(sweep.entry(text.as_bytes()).file(), "sweeps/007.csv");
+    }
+
+    #[test]
+    fn a_ring_has_positions_of_c() {
+        let mut ring = sweep(7);
+        (ring.of.c_target_deg, ring.of.ring_to_c_deg, ring.of.gamma_deg) = (0.0, Some(360.0), [20.0, 20.0]);
+        let text = ring.to_csv().unwrap();
+        assert!(
+            text.contains("\nc_deg,,100,-20,") && !text.contains("\ngamma_deg,"),
+            "{text}"
+        );
+        let read = SweepRecord::parse(Utf8Path::new("s.csv"), &text).unwrap();
+        assert_eq!(read, ring);
+        assert_eq!(read.of.way().at_deg(90.0), (90.0, 20.0));
+        let mixed = text.replace("# ring_to_c_deg = 360.0\n", "");
+        assert!(SweepRecord::parse(Utf8Path::new("s.csv"), &mixed).is_err());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Which lit blocks make the distribution.
 
 use isolux_record::plan::Instrument;
-use isolux_record::run::Run;
+use isolux_record::run::{Run, StopHow};
 use isolux_record::{Plan, Reading, ReadingKind, Role};
 
 use crate::direction::{Direction, once, order, target};
@@ -15,11 +15,25 @@ use crate::samples::unsigned;
 struct Block<'a> {
     name: &'a str,
     distance_mm: f64,
+    /// Whether the scan chooses from its half-planes.
+    chosen: bool,
     /// Directions of the plan and of the readings, each once.
     directions: Vec<Direction>,
     /// Directions of the plan, each once.
     planned: Vec<Direction>,
     rows: Vec<&'a Reading>,
+}
+
+impl Block<'_> {
+    /// Half-planes that the scan did not choose are no part of what it was to read.
+    fn without_those_not_chosen(&mut self) {
+        if self.chosen {
+            let read: Vec<f64> = self.rows.iter().map(|row| row.c_target_deg).collect();
+            let is_read = |direction: &Direction| read.contains(&direction.0);
+            self.planned.retain(is_read);
+            self.directions.retain(is_read);
+        }
+    }
 }
 
 /// The blocks of the distribution.
@@ -47,7 +61,11 @@ impl<'a> Chosen<'a> {
         let points: Vec<&Reading> = points
             .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point)
             .collect();
-        let blocks = lit_blocks(&run.header.plan, run.header.station.bench().distance_mm, points);
+        let mut blocks = lit_blocks(&run.header.plan, run.header.station.bench().distance_mm, points);
+        let stopped = run.header.stopped.as_ref();
+        if stopped.is_some_and(|stopped| stopped.how == StopHow::Completed) {
+            blocks.iter_mut().for_each(Block::without_those_not_chosen);
+        }
         // Without any reading there is nothing to reduce, whatever the plan says.
         if blocks.iter().all(|block| block.rows.is_empty()) {
             return Err(ReduceError::NoLight);
@@ -124,6 +142,7 @@ fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> 
         blocks.push(Block {
             name: &block.name,
             distance_mm: read_mm.or(block.distance_mm).unwrap_or(station_mm),
+            chosen: block.target.is_some(),
             directions: planned.clone(),
             planned,
             rows: Vec::new(),
@@ -140,6 +159,7 @@ fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> 
             blocks.push(Block {
                 name: &row.block,
                 distance_mm: row.distance_mm,
+                chosen: false,
                 directions: Vec::new(),
                 planned: Vec::new(),
                 rows: Vec::new(),

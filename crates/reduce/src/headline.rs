@@ -38,7 +38,8 @@ pub struct Headline {
 }
 
 impl Headline {
-    /// The numbers of `grid`, read at `distance_mm`; `missing` is what none of them knows.
+    /// The numbers of `grid`, read at `distance_mm`, with the relative standard uncertainty of the flux by half-planes that
+    /// the scan did not choose; `missing` is what none of them knows.
     ///
     /// # Errors
     /// [`ReduceError::NoFlux`] where there is no light.
@@ -47,6 +48,7 @@ impl Headline {
         common: &Common,
         station: &Station,
         distance_mm: f64,
+        u_between_rel: Option<f64>,
         missing: &[String],
     ) -> Result<Self, ReduceError> {
         let distribution = &grid.distribution;
@@ -61,7 +63,10 @@ impl Headline {
             return Err(ReduceError::NoFlux { flux_lm: flux.value });
         }
         let between = interpolation::u_of(distribution, Kind::Integral, IntensityDistribution::flux_lm)?;
-        let flux = flux
+        let over_c = u_between_rel.map(|u_rel| ("interpolation_over_c", u_rel * flux.value));
+        let flux = over_c
+            .into_iter()
+            .fold(flux, |flux, (name, part)| flux.with_part(name, part))
             .with_part("interpolation", between)
             .lacking(missing.iter().cloned().chain(outside(distribution)));
 

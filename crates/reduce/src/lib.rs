@@ -9,6 +9,7 @@ mod angles;
 mod apparent;
 mod background;
 mod bench;
+mod between;
 mod blocks;
 mod budget;
 mod circle;
@@ -55,6 +56,7 @@ use isolux_record::Run;
 pub use angles::BeamAngles;
 pub use apparent::Apparent;
 pub use background::{Background, Level, Subtract};
+pub use between::Between;
 pub use budget::Common;
 pub use closing::Closing;
 pub use colour::Colour;
@@ -134,6 +136,8 @@ pub struct Reduction {
     pub notes: Vec<String>,
     /// What was read, where the scan is not finished.
     pub partial: Option<Partial>,
+    /// What was interpolated, where the scan chose its half-planes.
+    pub between: Option<Between>,
     /// What did not agree and was accepted.
     pub accepted: Option<Accepted>,
     /// Corrections that were switched off.

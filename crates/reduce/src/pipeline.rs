@@ -7,6 +7,7 @@ use crate::acceptance;
 use crate::apparent;
 use crate::background::{Background, Subtract};
 use crate::bench::Bench;
+use crate::between::Between;
 use crate::blocks;
 use crate::budget::Common;
 use crate::circle;
@@ -66,9 +67,11 @@ pub fn reduce(
     if let Some(partial) = &partial {
         partial.fill(&mut samples);
     }
+    let half_planes = in_motion.half_planes.as_ref().filter(|_| partial.is_none());
+    let between = half_planes.and_then(|half_planes| half_planes.fill(&mut samples));
     let mut grid = Grid::new(&samples)?;
     // What is interpolated is no reading that could be smoothed.
-    let smoothing = on(Correction::Smoothing) && partial.is_none();
+    let smoothing = on(Correction::Smoothing) && partial.is_none() && between.is_none();
     let not_smoothed = smoothing.then(|| smooth::apply(&mut grid).err()).flatten();
     let unmeasured = Unmeasured::of(
         station,
@@ -91,13 +94,15 @@ pub fn reduce(
         bench,
     };
     let missing = not_known.of(station);
-    let headline = Headline::of(&grid, &common, station, distance_mm, &missing)?;
+    let u_between_rel = between.as_ref().map(|between| between.u_flux_rel);
+    let headline = Headline::of(&grid, &common, station, distance_mm, u_between_rel, &missing)?;
     let spectral = spectral()?;
     let sensor_irradiance = spectral
         .as_ref()
         .map(|spectral| headline.sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
+    notes.extend(between.iter().map(Between::note));
     notes.extend(checked);
     notes.extend(background.notes.clone());
     notes.extend(accepted.iter().map(finding::note));
@@ -123,6 +128,7 @@ pub fn reduce(
         sensor_irradiance,
         closing: Closing::of(&samples),
         partial,
+        between,
         accepted,
         made_of: samples::made_of(&rows),
         readings: (used, all.len()),

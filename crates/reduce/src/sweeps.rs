@@ -20,6 +20,7 @@ use isolux_record::plan::Block;
 use isolux_record::run::StopHow;
 use isolux_record::{Reading, Role, Run};
 
+use crate::between::HalfPlanes;
 use crate::error::ReduceError;
 pub use at_rest::{Check, Checked};
 use delay::{Delay, Shift};
@@ -37,6 +38,8 @@ const LEAST_REFERENCE: f64 = 0.05;
 pub struct InMotion {
     /// Directions that were read at rest after them.
     pub checks: Vec<Check>,
+    /// What is known of half-planes that the scan did not choose.
+    pub half_planes: Option<HalfPlanes>,
     /// Standard uncertainty that the curve of a sweep leaves beside its noise, lx, by the number of the row.
     pub u_curve_lx: BTreeMap<u64, f64>,
 }
@@ -71,7 +74,7 @@ impl AtRest<'_> {
 /// [`ReduceError::Sweeps`] where the displacement of the light cannot be found, [`ReduceError::NoSweep`] where no sweep
 /// of a scan that was finished has light.
 pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
-    let (mut notes, mut checks) = (Vec::new(), Vec::new());
+    let (mut notes, mut checks, mut half_planes) = (Vec::new(), Vec::new(), None);
     if run.sweeps.is_empty() {
         return Ok(AtRest {
             run: Cow::Borrowed(run),
@@ -91,11 +94,14 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         .filter(|block| block.sweep_deg_s.is_some())
     {
         let of_block = run.sweeps.iter().filter(|sweep| sweep.of.block == block.name);
-        let tracked: Vec<Swept<'_>> = of_block
-            .filter_map(|record| Swept::of(record, &run.header.station))
-            .collect();
+        let of_block = of_block.filter_map(|record| Swept::of(record, &run.header.station));
+        let (tracked, around): (Vec<Swept<'_>>, Vec<Swept<'_>>) =
+            of_block.partition(|swept| swept.record.of.way().half_plane_deg().is_some());
         if tracked.is_empty() {
             continue;
+        }
+        if block.target.is_some() && complete {
+            half_planes = Some(HalfPlanes::of(block, around.iter().filter_map(Swept::ring)));
         }
         let of_block = block_readings(run, block, &tracked, complete)?;
         notes.push(of_block.note);
@@ -131,6 +137,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         run: Cow::Owned(with),
         in_motion: InMotion {
             u_curve_lx: of_curves.collect(),
+            half_planes,
             checks,
         },
         recorded: rows.into_iter().map(|row| row.recorded).collect(),

@@ -25,6 +25,7 @@ mod asleep;
 mod at_rest;
 mod coverage;
 mod gaps;
+mod half_planes;
 mod limit;
 mod outputs;
 mod paused;

@@ -26,7 +26,7 @@ pub struct Visit {
 impl Visit {
     /// Where the axes stand after it, (C, γ) in degrees, run-out aside.
     pub fn stands_deg(&self) -> (f64, f64) {
-        (self.c_deg, self.pass.map_or(self.gamma_deg, |pass| pass.gamma_deg[1]))
+        self.pass.map_or((self.c_deg, self.gamma_deg), |pass| pass.to_deg())
     }
 }
 
@@ -34,7 +34,8 @@ impl Visit {
 pub const REFERENCE_DEG: (f64, f64) = (0.0, 0.0);
 
 /// Every visit of a plan in order. With `reference_every = n` a block begins and ends at the reference point and
-/// returns to it after every n points.
+/// returns to it after every n points. Of a block whose half-planes are chosen these are all that may be swept; between
+/// them the engine returns to the reference point itself.
 pub fn visits(plan: &Plan) -> Vec<Visit> {
     let mut visits = Vec::new();
     let mut point = 0;
@@ -53,7 +54,7 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
             visits.push(reference(point));
         }
         for (c_deg, gamma_deg, pass) in poses(block) {
-            if block.reference_every.is_some_and(|every| since_reference == every) {
+            if block.target.is_none() && block.reference_every.is_some_and(|every| since_reference == every) {
                 visits.push(reference(point));
                 since_reference = 0;
             }
@@ -76,6 +77,14 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
     visits
 }
 
+impl Visit {
+    /// Whether it is made only where its half-plane, or its ring, is chosen.
+    pub fn is_to_be_chosen(&self, block: &Block) -> bool {
+        let first = block.c_deg.first().copied();
+        block.target.is_some() && self.pass.is_some_and(|pass| pass.way.half_plane_deg() != first)
+    }
+}
+
 /// Whether the visit at `place` is the last sweep of its block.
 pub fn is_last_sweep(visits: &[Visit], place: usize) -> bool {
     let Some(visit) = visits.get(place) else { return false };
@@ -87,7 +96,8 @@ pub fn is_last_sweep(visits: &[Visit], place: usize) -> bool {
 fn poses(block: &Block) -> Vec<(f64, f64, Option<Pass>)> {
     if block.sweep_deg_s.is_some() {
         let passes = block.passes().into_iter();
-        return passes.map(|pass| (pass.c_deg, pass.gamma_deg[0], Some(pass))).collect();
+        let pose = |pass: Pass| (pass.from_deg().0, pass.from_deg().1, Some(pass));
+        return passes.map(pose).collect();
     }
     let mut poses = Vec::with_capacity(block.c_deg.len() * block.gamma_deg.len());
     for (plane, &c) in block.c_deg.iter().enumerate() {

@@ -7,7 +7,9 @@
 pub mod awake;
 mod bench_state;
 pub mod cancel;
+mod chosen;
 pub mod clock;
+mod conversions;
 pub mod devices;
 pub mod distance;
 pub mod dry_run;

@@ -3,7 +3,8 @@
 use isolux_device::LuxMeterProperties;
 use isolux_record::Station;
 use isolux_record::document::Fault;
-use isolux_record::plan::{Block, Pass, Plan};
+use isolux_record::plan::{Block, Pass, Plan, RINGS, Way};
+use isolux_record::station::Axis;
 
 use crate::devices::Devices;
 
@@ -83,29 +84,35 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
     Ok(())
 }
 
-/// That the γ axis has the way and the speed for a block of sweeps.
+/// That the axes have the way and the speed for a block of sweeps.
 ///
 /// # Errors
 /// A [`Fault`] with the plan's key.
 pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Result<(), Fault> {
-    let axis = station.axis_gamma();
-    let [low, high] = axis.limit_deg;
     for pass in block.passes() {
+        let is_ring = pass.way.half_plane_deg().is_none();
+        let (name, axis) = moving(station, &pass);
+        let [low, high] = axis.limit_deg;
         if pass.speed_deg_s > axis.speed_deg_s {
             return Err(Fault::new(
                 format!("block.{index}.speed_deg_s|mode"),
                 format!(
-                    "{} °/s is more than the γ axis does, {} °/s",
+                    "{} °/s is more than the {name} axis does, {} °/s",
                     pass.speed_deg_s, axis.speed_deg_s
                 ),
             ));
         }
         let ends = pass.ends_deg(axis.accel_deg_s2);
         if let Some(end) = ends.iter().find(|end| !(low..=high).contains(*end)) {
+            let (key, what) = if is_ring {
+                ("target", "a ring")
+            } else {
+                ("gamma_deg|gamma_range", "a sweep")
+            };
             return Err(Fault::new(
-                format!("block.{index}.gamma_deg|gamma_range"),
+                format!("block.{index}.{key}"),
                 format!(
-                    "block `{}`: with its run-up a sweep begins or ends at γ = {end:.2}°, outside the axis' limits {low}°…{high}°; \
+                    "block `{}`: with its run-up {what} begins or ends at {name} = {end:.2}°, outside the axis' limits {low}°…{high}°; \
                      slow it down, shorten it, or correct limit_deg in the station",
                     block.name
                 ),
@@ -113,6 +120,14 @@ pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Resu
         }
     }
     Ok(())
+}
+
+/// The axis that moves in a sweep, and its name.
+fn moving<'a>(station: &'a Station, pass: &Pass) -> (&'static str, &'a Axis) {
+    match pass.way {
+        Way::HalfPlane { .. } => ("γ", station.axis_gamma()),
+        Way::Ring { .. } => ("C", station.axis_c()),
+    }
 }
 
 /// The range that a sweep holds: the most sensitive one that the largest light expected fills in part, `up` ranges
@@ -127,9 +142,9 @@ pub(crate) fn range(station: &Station, meter: &LuxMeterProperties, distance_mm: 
     place as u8 + 1
 }
 
-/// How long γ moves in one sweep, s.
+/// How long the axis moves in one sweep, s.
 pub(crate) fn pass_s(station: &Station, pass: &Pass) -> f64 {
-    let accel = station.axis_gamma().accel_deg_s2;
+    let accel = moving(station, pass).1.accel_deg_s2;
     let [start, end] = pass.ends_deg(accel);
     (end - start).abs() / pass.speed_deg_s + pass.speed_deg_s / accel
 }
@@ -137,15 +152,29 @@ pub(crate) fn pass_s(station: &Station, pass: &Pass) -> f64 {
 /// A sentence on a block of sweeps beside what its directions would take at rest, each `at_rest_s`.
 pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<String> {
     let passes = block.passes();
-    let moving_s: f64 = passes.iter().map(|pass| pass_s(station, pass)).sum();
+    let moving_s = |passes: &[Pass]| passes.iter().map(|pass| pass_s(station, pass)).sum::<f64>();
     let directions = block.c_deg.len() * block.gamma_deg.len();
-    (!passes.is_empty()).then(|| {
-        format!(
-            "block `{}`: {} sweeps, {moving_s:.0} s of motion, and {AT_REST} directions at rest; \
-             the same {directions} directions at rest take {:.0} s or more",
+    let at_rest_s = directions as f64 * at_rest_s;
+    if passes.is_empty() {
+        return None;
+    }
+    if block.target.is_some() {
+        // The first half-plane, the one across and the rings are swept whatever the light is.
+        let least = passes.len() - (block.c_deg.len() - 1) + 1;
+        return Some(format!(
+            "block `{}`: {least} to {} sweeps, {:.0} to {:.0} s of motion: {RINGS} rings and the half-planes that they show \
+             to be needed, and {AT_REST} directions at rest; all {directions} directions at rest take {at_rest_s:.0} s or more",
             block.name,
             passes.len(),
-            directions as f64 * at_rest_s
-        )
-    })
+            moving_s(&passes[..least]),
+            moving_s(&passes),
+        ));
+    }
+    Some(format!(
+        "block `{}`: {} sweeps, {:.0} s of motion, and {AT_REST} directions at rest; \
+         the same {directions} directions at rest take {at_rest_s:.0} s or more",
+        block.name,
+        passes.len(),
+        moving_s(&passes),
+    ))
 }

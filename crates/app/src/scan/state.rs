@@ -107,6 +107,14 @@ impl ScanState {
                     .and_then(|(record, calibration)| Curve::of(record, calibration));
                 Some(format!("spectrum {index} recorded"))
             }
+            Event::HalfPlanes { c_deg, reason, .. } => {
+                let planes: Vec<String> = c_deg.iter().map(|c| format!("{c}°")).collect();
+                let (noun, planes) = (
+                    if planes.len() == 1 { "half-plane" } else { "half-planes" },
+                    planes.join(", "),
+                );
+                Some(format!("{noun} C {planes} to be swept: {reason}"))
+            }
             Event::Again { reason } => Some(format!("measured again: {reason}")),
             Event::Paused {
                 by,

@@ -3,7 +3,7 @@
 //! In a sentence of the catalogue `{key}` is the value with its unit, `{key:size}` the same without its sign, `{key:%}`
 //! its size in per cent, `{key:min}` seconds as minutes, `{key:off1%}` how far a factor is from 1 in per cent, and
 //! `{key:above|below}` one of two words: the first where the value is above its null. A part in brackets is left out
-//! where a value in it is not known.
+//! where a value in it is not known or a share in it is 0.
 
 use super::spec::{EffectSpec, ParameterSpec};
 
@@ -27,7 +27,7 @@ impl EffectSpec {
         described
     }
 
-    /// The part with its placeholders filled; none where a value is not known.
+    /// The part with its placeholders filled; none where a value is not known or a share is 0.
     fn filled(&self, part: &str, value: &impl Fn(&str) -> Option<f64>) -> Option<String> {
         let mut filled = String::new();
         let mut rest = part;
@@ -35,8 +35,9 @@ impl EffectSpec {
             let (placeholder, after) = after.split_once('}')?;
             let (key, form) = placeholder.split_once(':').unwrap_or((placeholder, ""));
             let parameter = &self.parameters[self.index_of(key)?];
+            let value = value(key).filter(|value| !(parameter.share && *value == 0.0))?;
             filled.push_str(before);
-            filled.push_str(&words(parameter, value(key)?, form));
+            filled.push_str(&words(parameter, value, form));
             rest = after;
         }
         Some(filled + rest)

@@ -24,31 +24,113 @@ const SLOW_REACH_DEG: f64 = 60.0;
 /// Share of the block's speed that it has.
 const SLOW_SHARE: f64 = 0.5;
 
-/// One sweep: γ from one angle to the other at one C, at one speed. Run-up and run-out lie outside.
+/// What a sweep goes along. Run-up and run-out lie outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// γ moves while C rests.
+    HalfPlane {
+        /// The half-plane, degrees.
+        c_deg: f64,
+        /// γ from and to, degrees.
+        gamma_deg: [f64; 2],
+    },
+    /// C moves while γ rests.
+    Ring {
+        /// γ, degrees.
+        gamma_deg: f64,
+        /// C from and to, degrees.
+        c_deg: [f64; 2],
+    },
+}
+
+impl Way {
+    /// From and to of the axis that moves, degrees.
+    pub fn moving_deg(&self) -> [f64; 2] {
+        match self {
+            Self::HalfPlane { gamma_deg, .. } => *gamma_deg,
+            Self::Ring { c_deg, .. } => *c_deg,
+        }
+    }
+
+    /// +1 where the axis that moves goes to larger angles, −1 where to smaller ones.
+    pub fn sign(&self) -> f64 {
+        let [from, to] = self.moving_deg();
+        (to - from).signum()
+    }
+
+    /// The half-plane that is swept; none for a ring.
+    pub fn half_plane_deg(&self) -> Option<f64> {
+        match self {
+            Self::HalfPlane { c_deg, .. } => Some(*c_deg),
+            Self::Ring { .. } => None,
+        }
+    }
+
+    /// (C, γ) where the axis that moves is at `moving_deg`, degrees.
+    pub fn at_deg(&self, moving_deg: f64) -> (f64, f64) {
+        match self {
+            Self::HalfPlane { c_deg, .. } => (*c_deg, moving_deg),
+            Self::Ring { gamma_deg, .. } => (moving_deg, *gamma_deg),
+        }
+    }
+}
+
+/// One sweep, at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pass {
-    /// Half-plane, degrees.
-    pub c_deg: f64,
-    /// γ from and to, degrees.
-    pub gamma_deg: [f64; 2],
+    /// What it goes along.
+    pub way: Way,
     /// Cruising speed, °/s.
     pub speed_deg_s: f64,
 }
 
 impl Pass {
-    /// +1 where γ rises, −1 where it falls.
-    pub fn sign(&self) -> f64 {
-        (self.gamma_deg[1] - self.gamma_deg[0]).signum()
-    }
-
-    /// Where the axis starts from and is sent to: so far outside that it cruises within, with a quarter of a second for
-    /// its swing, at the acceleration `accel_deg_s2`. Degrees.
+    /// Where the axis that moves starts from and is sent to: so far outside that it cruises within, with a quarter of a
+    /// second for its swing, at the acceleration `accel_deg_s2`. Degrees.
     pub fn ends_deg(&self, accel_deg_s2: f64) -> [f64; 2] {
         let ramp = 0.5 * self.speed_deg_s * self.speed_deg_s / accel_deg_s2 + 0.25 * self.speed_deg_s;
-        [
-            self.gamma_deg[0] - self.sign() * ramp,
-            self.gamma_deg[1] + self.sign() * ramp,
-        ]
+        let [from, to] = self.way.moving_deg();
+        [from - self.way.sign() * ramp, to + self.way.sign() * ramp]
+    }
+
+    /// (C, γ) where it begins to be read, degrees.
+    pub fn from_deg(&self) -> (f64, f64) {
+        self.way.at_deg(self.way.moving_deg()[0])
+    }
+
+    /// (C, γ) where it was read last, degrees.
+    pub fn to_deg(&self) -> (f64, f64) {
+        self.way.at_deg(self.way.moving_deg()[1])
+    }
+}
+
+/// Half-planes from which some are chosen are no farther apart, degrees.
+const MOST_STEP_DEG: f64 = 30.0;
+
+/// What the half-planes of a block of sweeps are chosen for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum PlaneTarget {
+    /// Standard uncertainty (k = 1) of the interpolation over C anywhere, in shares of the largest light.
+    UMapRel(f64),
+    /// The same of the flux, relative.
+    UFluxRel(f64),
+}
+
+/// Rings that are swept before the half-planes are chosen.
+pub const RINGS: usize = 4;
+/// A ring goes all round, in this direction first, degrees.
+const ROUND_DEG: [f64; 2] = [0.0, 360.0];
+
+/// A ring at γ, forward or back.
+pub fn ring(gamma_deg: f64, forward: bool, speed_deg_s: f64) -> Pass {
+    let [from, to] = ROUND_DEG;
+    Pass {
+        way: Way::Ring {
+            gamma_deg,
+            c_deg: if forward { [from, to] } else { [to, from] },
+        },
+        speed_deg_s,
     }
 }
 
@@ -59,9 +141,10 @@ impl Pass {
 pub(super) fn speed(path: &str, block: &BlockDocument, gamma_deg: &[f64]) -> Result<Option<f64>, Fault> {
     let fault = |key: &str, message: &str| Err(Fault::new(format!("{path}.{key}"), message));
     if block.mode == Mode::Step {
-        return match block.speed_deg_s {
-            Some(_) => fault("speed_deg_s", "belongs to blocks with mode = \"sweep\""),
-            None => Ok(None),
+        return match (block.speed_deg_s, block.target) {
+            (Some(_), _) => fault("speed_deg_s", "belongs to blocks with mode = \"sweep\""),
+            (None, Some(_)) => fault("target", "belongs to blocks with mode = \"sweep\""),
+            (None, None) => Ok(None),
         };
     }
     if block.kind != ReadingKind::Lit || block.instrument != Instrument::Luxmeter {
@@ -99,15 +182,69 @@ pub(super) fn speed(path: &str, block: &BlockDocument, gamma_deg: &[f64]) -> Res
     }
 }
 
+/// What the half-planes of a block of sweeps are chosen for; none where all of them are swept.
+///
+/// # Errors
+/// [`Fault`] for a value out of range, and for half-planes that are not all of the circle: what is left out could not be
+/// seen.
+pub(super) fn target(
+    path: &str,
+    block: &BlockDocument,
+    c_deg: &[f64],
+    gamma_deg: &[f64],
+) -> Result<Option<PlaneTarget>, Fault> {
+    let Some(target) = block.target else { return Ok(None) };
+    let fault = |key: &str, message: String| Err(Fault::new(format!("{path}.{key}"), message));
+    let (PlaneTarget::UMapRel(wanted) | PlaneTarget::UFluxRel(wanted)) = target;
+    if !(wanted.is_finite() && (1e-4..=0.5).contains(&wanted)) {
+        return fault("target", format!("is {wanted}, expected 0.0001 to 0.5"));
+    }
+    let (low, high) = (
+        gamma_deg.first().copied().unwrap_or(0.0),
+        gamma_deg.last().copied().unwrap_or(0.0),
+    );
+    let both = low < 0.0;
+    if both
+        && gamma_deg
+            .iter()
+            .zip(gamma_deg.iter().rev())
+            .any(|(a, b)| (a + b).abs() > 1e-6)
+    {
+        return fault(
+            "gamma_deg|gamma_range",
+            format!(
+                "goes from {low}° to {high}°: where half-planes are chosen both sides have the same γ, as −180 to 180"
+            ),
+        );
+    }
+    let circle = if both { 180.0 } else { 360.0 };
+    let round = c_deg.first().copied().zip(c_deg.last().copied());
+    let widest = c_deg.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let closes = round.is_some_and(|(first, last)| {
+        let gap = first + circle - last;
+        first >= 0.0 && gap > 0.0 && gap <= widest.max(1e-9) * (1.0 + 1e-6)
+    });
+    if c_deg.windows(2).any(|pair| pair[0] >= pair[1]) || widest > MOST_STEP_DEG || !closes {
+        return fault(
+            "c_deg|c_range",
+            format!(
+                "where half-planes are chosen, it lists those that may be: all round, rising, at most {MOST_STEP_DEG}° apart, as \
+                 [0, {}, 5] with this γ",
+                circle - 5.0
+            ),
+        );
+    }
+    Ok(Some(target))
+}
+
 /// The sweeps of half-planes `c_deg` over rising `gamma_deg`: the first forward, backward, and both again slowly near γ =
-/// 0°; then directions alternate.
-pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64) -> Vec<Pass> {
+/// 0°; then, where half-planes are chosen, rings, whose γ the light of the first ones decides; then directions alternate.
+pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64, chosen: bool) -> Vec<Pass> {
     let (Some(&low), Some(&high), Some(&first)) = (gamma_deg.first(), gamma_deg.last(), c_deg.first()) else {
         return Vec::new();
     };
-    let pass = |c_deg: f64, [from, to]: [f64; 2], speed_deg_s: f64| Pass {
-        c_deg,
-        gamma_deg: [from, to],
+    let pass = |c_deg: f64, gamma_deg: [f64; 2], speed_deg_s: f64| Pass {
+        way: Way::HalfPlane { c_deg, gamma_deg },
         speed_deg_s,
     };
     let inner = [low.max(-SLOW_REACH_DEG), high.min(SLOW_REACH_DEG)];
@@ -123,6 +260,9 @@ pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64) -> Vec<
         pass(first, inner, slow),
         pass(first, [inner[1], inner[0]], slow),
     ];
+    if chosen {
+        passes.extend((0..RINGS).map(|place| ring(high * (place + 1) as f64 / 5.0, place % 2 == 0, speed_deg_s)));
+    }
     for (place, &c) in c_deg[1..].iter().enumerate() {
         let way = if place % 2 == 0 { [low, high] } else { [high, low] };
         passes.push(pass(c, way, speed_deg_s));

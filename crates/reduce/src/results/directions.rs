@@ -27,7 +27,8 @@ pub fn directions(reduction: &Reduction) -> String {
         let sample = &grid.nodes[grid.sample_of[place]];
         let origin = origin(reduction, sample, c_deg);
         let number = |value: f64, is_known: bool| if is_known { value.to_string() } else { String::new() };
-        let own = number(sample.u_own_cd(), origin != INTERPOLATED);
+        // Of a scan that is not finished nothing is known of what stands between its half-planes.
+        let own = number(sample.u_own_cd(), origin != INTERPOLATED || reduction.partial.is_none());
         let u_cd = number(u_cd, missing.is_empty());
         let _ = writeln!(
             text,
@@ -37,7 +38,7 @@ pub fn directions(reduction: &Reduction) -> String {
     text
 }
 
-/// Between half-planes of a scan that is not finished.
+/// Between half-planes of a scan that is not finished, or that chose its half-planes.
 const INTERPOLATED: &str = "interpolated";
 
 /// How the intensity of a direction in the half-plane C came about.
@@ -46,6 +47,14 @@ fn origin(reduction: &Reduction, sample: &Sample, c_deg: f64) -> &'static str {
     let partial = reduction.partial.as_ref();
     let mirrored = reduction.grid.assumed != Symmetry::None && sample.c_deg != c_deg;
     match sample.u_curve_cd {
+        _ if !of_pole
+            && reduction
+                .between
+                .as_ref()
+                .is_some_and(|between| !between.is_read(sample.c_deg)) =>
+        {
+            INTERPOLATED
+        }
         _ if !of_pole && partial.is_some_and(|partial| !partial.holds(sample.c_deg, sample.gamma_deg)) => INTERPOLATED,
         _ if !of_pole && mirrored => "by_symmetry",
         Some(_) => "in_motion",

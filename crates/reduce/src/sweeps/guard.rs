@@ -192,6 +192,7 @@ mod tests {
             torn: None,
             c_deg: 0.0,
             c_target_deg: 0.0,
+            ring_to_c_deg: None,
             gamma_deg: [-180.0, 180.0],
             speed_deg_s: 10.0,
             distance_mm: 3000.0,

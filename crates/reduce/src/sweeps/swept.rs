@@ -1,6 +1,8 @@
 //! One sweep as it can be used: the line of its positions, the windows of the light that can be relied on, and where
 //! there is none.
 
+use isolux_photometry::Ring;
+use isolux_record::plan::Way;
 use isolux_record::sweeps::SweepRecord;
 use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role, Station};
 
@@ -36,13 +38,13 @@ impl<'a> Swept<'a> {
             let rounding = record.light[place].digit_lx / 12.0_f64.sqrt();
             noise.hypot(meter.noise_lx.unwrap_or(0.0)).hypot(rounding)
         };
-        let [from_s, to_s] = record.of.gamma_deg.map(|gamma| track.time_s(gamma));
+        let [from_s, to_s] = record.of.way().moving_deg().map(|place| track.time_s(place));
         let cruise_s = [from_s - CRUISE_S, to_s + CRUISE_S];
         let (conversions, left_out) = guard::relied_on(record, cruise_s, noise);
         let largest = conversions.iter().map(|one| one.value).fold(0.0, f64::max);
         let windows = conversions.iter().map(|one| Window {
-            from_deg: track.gamma_deg(one.asked_s),
-            to_deg: track.gamma_deg(one.asked_s + record.of.integration_s),
+            from_deg: track.place_deg(one.asked_s),
+            to_deg: track.place_deg(one.asked_s + record.of.integration_s),
             value: one.value,
             sigma: one.sigma.hypot(NOISE_LEAST * largest),
         });
@@ -52,6 +54,17 @@ impl<'a> Swept<'a> {
             track,
             left_out,
         })
+    }
+
+    /// The ring, in lx, where it is one that has light all round.
+    pub fn ring(&self) -> Option<Ring> {
+        let Way::Ring { gamma_deg, .. } = self.record.of.way() else {
+            return None;
+        };
+        Ring::of(
+            gamma_deg,
+            self.windows.iter().map(|window| (window.middle_deg(), window.value)),
+        )
     }
 
     /// +1 where γ rises, −1 where it falls.

@@ -5,7 +5,7 @@ use isolux_record::sweeps::SweepRecord;
 /// Positions that a line needs at least.
 const LEAST: usize = 8;
 
-/// γ over time while the axis cruises.
+/// Where the axis that moves is over time while it cruises: γ, or C around a ring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
     middle_s: f64,
@@ -17,15 +17,15 @@ pub struct Track {
 }
 
 impl Track {
-    /// Through the positions between the first and the last γ of the sweep; none where they are too few.
+    /// Through the positions between the first and the last place of the sweep; none where they are too few.
     pub fn of(sweep: &SweepRecord) -> Option<Self> {
-        let [a, b] = sweep.of.gamma_deg;
+        let [a, b] = sweep.of.way().moving_deg();
         let (low, high) = (a.min(b), a.max(b));
         let on_the_way: Vec<(f64, f64)> = sweep
             .positions
             .iter()
-            .filter(|position| (low..=high).contains(&position.gamma_deg))
-            .map(|position| (position.answered_s, position.gamma_deg))
+            .filter(|position| (low..=high).contains(&position.place_deg))
+            .map(|position| (position.answered_s, position.place_deg))
             .collect();
         if on_the_way.len() < LEAST {
             return None;
@@ -44,13 +44,13 @@ impl Track {
         (spread > 0.0 && speed_deg_s != 0.0).then_some(track)
     }
 
-    /// γ at a time of the run.
-    pub fn gamma_deg(&self, time_s: f64) -> f64 {
+    /// Its place at a time of the run.
+    pub fn place_deg(&self, time_s: f64) -> f64 {
         self.middle_deg + self.speed_deg_s * (time_s - self.middle_s)
     }
 
-    /// Time of the run at which the axis was at γ.
-    pub fn time_s(&self, gamma_deg: f64) -> f64 {
-        self.middle_s + (gamma_deg - self.middle_deg) / self.speed_deg_s
+    /// Time of the run at which it was there.
+    pub fn time_s(&self, place_deg: f64) -> f64 {
+        self.middle_s + (place_deg - self.middle_deg) / self.speed_deg_s
     }
 }

@@ -131,6 +131,7 @@ fn source(part: &str) -> &str {
         "distance" => "photometric distance",
         "drift" => "drift of lamp and meter",
         "interpolation" => "interpolation between the directions",
+        "interpolation_over_c" => "interpolation over C between chosen half-planes",
         "smoothing" => "smoothing within rounding and scatter",
         "offset" => "offset that was not measured",
         "ambient" => "ambient light that was not measured",

@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 
 use isolux_record::Run;
-use isolux_record::plan::{Block, Pass};
+use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::SweepRecord;
 
+use crate::conversions::conversions;
 use crate::sweeps::step_deg;
 
 /// The widest way without light, in those between most conversions: a curve bridges one that is lost.
@@ -46,11 +47,16 @@ impl Coverage {
 
     /// Takes account of one more sweep.
     pub fn add(&mut self, block: &Block, sweep: &SweepRecord) {
+        let way = sweep.of.way();
+        if way.half_plane_deg().is_none() {
+            // A ring is no result: where it has gaps it shows less.
+            return;
+        }
         let key = (block.name.clone(), sweep.of.c_target_deg.to_bits());
         let plane = self.planes.entry(key).or_default();
         plane.illuminated.resize(block.gamma_deg.len(), false);
         plane.count += 1;
-        plane.sign = (sweep.of.gamma_deg[1] - sweep.of.gamma_deg[0]).signum();
+        plane.sign = way.sign();
         let conversions = conversions(sweep);
         plane.nearest.resize(block.gamma_deg.len(), None);
         for (nearest, gamma_deg) in plane.nearest.iter_mut().zip(&block.gamma_deg) {
@@ -104,8 +110,10 @@ impl Coverage {
             let high = block.gamma_deg[(last + MARGIN).min(block.gamma_deg.len() - 1)];
             let gamma_deg = if plane.sign > 0.0 { [high, low] } else { [low, high] };
             let pass = Pass {
-                c_deg: *c_deg,
-                gamma_deg,
+                way: Way::HalfPlane {
+                    c_deg: *c_deg,
+                    gamma_deg,
+                },
                 speed_deg_s,
             };
             Some((plane.count, pass))
@@ -123,25 +131,4 @@ impl Coverage {
         };
         block.c_deg.iter().filter_map(of).collect::<Vec<String>>().join(", ")
     }
-}
-
-/// γ at the middle of each conversion with a number, rising, and that number; those of an axis that stood still are
-/// none.
-fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
-    let positions = &sweep.positions;
-    let at = |time_s: f64| {
-        let next = positions.partition_point(|position| position.answered_s < time_s);
-        let (before, after) = (positions.get(next.checked_sub(1)?)?, positions.get(next)?);
-        let share = (time_s - before.answered_s) / (after.answered_s - before.answered_s);
-        Some(before.gamma_deg + share * (after.gamma_deg - before.gamma_deg))
-    };
-    let whole = sweep.light.iter().filter_map(|sample| {
-        let gamma_deg = at(sample.asked_s + 0.5 * sweep.of.integration_s)?;
-        Some((gamma_deg, sample.illuminance_lx?))
-    });
-    let mut conversions: Vec<(f64, f64)> = whole.collect();
-    conversions.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Before and after its motion the axis rests.
-    conversions.dedup_by(|a, b| a.0 - b.0 < 1e-3);
-    conversions
 }

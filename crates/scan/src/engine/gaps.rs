@@ -24,19 +24,20 @@ impl Session<'_> {
             let Some(pass) = self.coverage.lacking(block) else {
                 return Ok(());
             };
-            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.c_deg == pass.c_deg);
+            let plane = pass.way.half_plane_deg();
+            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.way.half_plane_deg() == plane);
             let Some(planned) = visits.iter().rev().find(is_of_plane) else {
                 return Ok(());
             };
             self.look_at_wall_clock()?;
             self.awake(async |session| session.pause_if_asked().await).await?;
+            let ((c_deg, from), (_, to)) = (pass.from_deg(), pass.to_deg());
             self.note(&format!(
-                "C {}° is swept once more from γ {}° to {}°: no sweep of it has light everywhere",
-                pass.c_deg, pass.gamma_deg[0], pass.gamma_deg[1]
+                "C {c_deg}° is swept once more from γ {from}° to {to}°: no sweep of it has light everywhere"
             ))?;
             let visit = Visit {
                 pass: Some(pass),
-                gamma_deg: pass.gamma_deg[0],
+                gamma_deg: from,
                 again: true,
                 ..*planned
             };

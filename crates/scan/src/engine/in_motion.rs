@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use camino::Utf8Path;
-use isolux_record::plan::Plan;
+use isolux_record::plan::{Plan, RINGS, Way};
 use isolux_record::run::{Run, RunDir, StopHow};
-use isolux_record::{Role, Station};
+use isolux_record::{Event, Role, Station};
 use tokio::time::{Instant, sleep};
 
 use super::tests::at_rest;
@@ -65,21 +65,104 @@ fn assert_true(run: &Run, room: &Shared, what: &str) {
                 taken.lamp_on && taken.shutter_open && !taken.baffle_in,
                 "{what}: {taken:?}"
             );
-            let gamma = taken.axes[1] as f64 / 1000.0;
+            let [c, gamma] = taken.axes.map(|steps| steps as f64 / 1000.0);
+            let (moving, rests, rested) = match sweep.of.way() {
+                Way::HalfPlane { c_deg, .. } => (gamma, c, c_deg),
+                Way::Ring { gamma_deg, .. } => (c, gamma, gamma_deg),
+            };
             // The fake sees the light of the end of its conversion.
             let near = sweep.positions.iter().min_by(|a, b| {
                 let off = |at: f64| (at - sample.answered_s).abs();
                 off(a.answered_s).total_cmp(&off(b.answered_s))
             });
             assert!(
-                (near.unwrap().gamma_deg - gamma).abs() < 0.4,
+                (near.unwrap().place_deg - moving).abs() < 0.4,
                 "{what}: {sample:?} in {taken:?}"
             );
-            assert!(
-                (taken.axes[0] as f64 / 1000.0 - sweep.of.c_target_deg).abs() < 0.011,
-                "{what}"
-            );
+            assert!((rests - rested).abs() < 0.011, "{what}");
         }
+    }
+}
+
+/// How much the light changes around C where half-planes are chosen.
+const UNEVEN: f64 = 0.3;
+
+/// The same with half-planes that are chosen.
+fn chosen() -> Plan {
+    let text = SWEEPS.replace(
+        "c_deg = [0, 90]",
+        "c_range = [0, 150, 30]\ntarget = { u_map_rel = 0.02 }",
+    );
+    plan(&text)
+}
+
+/// (C, γ) from and to of every sweep.
+fn ways(run: &Run) -> Vec<Way> {
+    run.sweeps.iter().map(|sweep| sweep.of.way()).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn half_planes_are_chosen_by_rings_and_the_events_say_why() {
+    let (mut devices, room) = bench();
+    room.lock().unwrap().uneven = UNEVEN;
+    let plan = chosen();
+    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    let summary = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await.unwrap();
+    assert!(at_rest(&room));
+    drop(run);
+    let run = Run::read(&path).unwrap();
+    let rings = ways(&run).iter().filter(|way| way.half_plane_deg().is_none()).count();
+    assert_eq!(rings, RINGS);
+    assert_eq!(summary.points, run.sweeps.len() as u64, "what is left out is no point");
+    let planes: Vec<f64> = ways(&run)[4..].iter().filter_map(Way::half_plane_deg).collect();
+    assert_eq!(planes[0], 90.0, "before the rings");
+    assert!(planes.len() > 1, "the light of the fake changes over C: {planes:?}");
+    let events = isolux_record::event::read(&path);
+    let said = events.iter().filter_map(|logged| match &logged.event {
+        Event::HalfPlanes { c_deg, reason, .. } => Some((c_deg.clone(), reason.clone())),
+        _ => None,
+    });
+    let said: Vec<_> = said.collect();
+    assert!(
+        said[0].1.contains("of the 4 rings") && said[0].0.contains(&planes[1]),
+        "{said:?}"
+    );
+    assert_true(&run, &room, "chosen");
+}
+
+#[tokio::test(start_paused = true)]
+async fn ended_at_any_moment_the_same_half_planes_are_chosen() {
+    let plan = chosen();
+    let whole = {
+        let (mut devices, room) = bench();
+        room.lock().unwrap().uneven = UNEVEN;
+        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await.unwrap();
+        ways(&Run::read(&path).unwrap())
+    };
+    assert!(whole.len() > 4 + 1 + RINGS);
+    let mut moment = 1840.0;
+    while moment < 2200.0 {
+        let (mut devices, room) = bench();
+        room.lock().unwrap().uneven = UNEVEN;
+        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        let cancel = Cancel::new();
+        let signal = cancel.clone();
+        tokio::spawn(async move {
+            sleep(Duration::from_secs_f64(moment)).await;
+            signal.cancel("SIGTERM");
+        });
+        let outcome = scan(&mut devices, &plan, &mut run, &cancel, None).await;
+        assert!(at_rest(&room), "{moment}");
+        drop(run);
+        if outcome.is_err() {
+            let (mut run, old) = RunDir::resume(&path, &header(&devices, &plan)).unwrap();
+            scan(&mut devices, &plan, &mut run, &Cancel::new(), Some(&old))
+                .await
+                .unwrap();
+        }
+        assert_eq!(ways(&Run::read(&path).unwrap()), whole, "{moment}");
+        moment += 13.7;
     }
 }
 

@@ -1,5 +1,7 @@
 //! One session at the bench: from the first stop to the last visit, and what the instruments were last told.
 
+use std::collections::HashMap;
+
 use isolux_device::LuxRange;
 use isolux_record::limits::Limits;
 use isolux_record::plan::Plan;
@@ -9,9 +11,11 @@ use tokio::time::Instant;
 
 use super::around::{Engine, ScanSummary};
 use super::coverage::Coverage;
+use super::half_planes::chosen_of;
 use super::progress::Progress;
 use super::reference::References;
 
+use crate::chosen::Chosen;
 use crate::clock::{RunClock, microseconds};
 use crate::devices::{Devices, TwoState};
 use crate::error::ScanError;
@@ -52,6 +56,8 @@ pub(super) struct Session<'a> {
     pub range_up: u8,
     /// Where sweeps have light.
     pub coverage: Coverage,
+    /// What half-planes are chosen by, of every block of sweeps.
+    pub chosen: HashMap<String, Chosen>,
     /// How far the computer's clock is ahead of the run's, by the last look.
     pub wall_ahead_s: f64,
 }
@@ -90,6 +96,7 @@ impl<'a> Session<'a> {
             warm_up_s: None,
             range_up: 0,
             coverage: Coverage::default(),
+            chosen: HashMap::new(),
             wall_ahead_s: 0.0,
         }
     }
@@ -113,6 +120,7 @@ impl<'a> Session<'a> {
         let visits = visits(plan);
         let progress = Progress::of(resumed);
         self.coverage = Coverage::of(resumed);
+        self.chosen = chosen_of(resumed);
         self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
         self.event(Event::Began {
             points: self.total,
@@ -123,12 +131,15 @@ impl<'a> Session<'a> {
         for (place, visit) in visits.iter().enumerate() {
             let block = &plan.blocks()[visit.block];
             let last_sweep = is_last_sweep(&visits, place);
-            let made = progress.has(visit, block);
-            if made {
-                self.done += u64::from(visit.role == Role::Point);
-            }
-            let complete =
-                |session: &Self| !session.coverage.lacks(block) && !session.lacks_checks(visit, &visits, &progress);
+            let has = progress.has(visit, block);
+            self.done += u64::from(has && visit.role == Role::Point);
+            // Which of them are swept is decided once the first half-plane is.
+            let made = has || visit.is_to_be_chosen(block);
+            let complete = |session: &Self| {
+                session.next_sweep(block).is_none()
+                    && !session.coverage.lacks(block)
+                    && !session.lacks_checks(visit, &visits, &progress)
+            };
             if made && (!last_sweep || complete(self)) {
                 continue;
             }
@@ -156,6 +167,9 @@ impl<'a> Session<'a> {
                 .await?;
             }
             if last_sweep {
+                let of_block = |one: &&Visit| one.block == visit.block;
+                let of_block: Vec<Visit> = visits.iter().filter(of_block).copied().collect();
+                self.sweep_chosen(block, &of_block).await?;
                 self.fill_gaps(block, &visits).await?;
                 self.read_at_rest(visit, &visits, &progress).await?;
             }

@@ -1,4 +1,5 @@
-//! One sweep: γ goes through its half-plane at one speed while the meter reads, and everything is kept as it came.
+//! One sweep: γ goes through its half-plane, or C around a ring, at one speed while the meter reads, and everything is
+//! kept as it came.
 //!
 //! The axis gets one absolute target inside its limits, so that it comes to rest there whatever becomes of this
 //! program; the driver follows the move and stops it after a failure. A sweep that was disturbed, or in which too much
@@ -7,8 +8,8 @@
 use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
-use isolux_device::{DeviceError, LuxOutcome, LuxRange, LuxSample};
-use isolux_record::plan::{Block, Pass};
+use isolux_device::{Axis, DeviceError, LuxOutcome, LuxRange, LuxSample};
+use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
 use tokio::time::{Instant, sleep};
 
@@ -32,7 +33,7 @@ const MOST_WITHOUT: f64 = 0.2;
 /// Ways without light from which on they count, in those between most conversions.
 const GAP: f64 = 2.5;
 
-/// What the instruments gave while γ moved.
+/// What the instruments gave while the axis moved.
 #[derive(Default)]
 struct Caught {
     positions: RefCell<Vec<(Instant, f64)>>,
@@ -62,11 +63,13 @@ struct Conversion {
 impl Session<'_> {
     /// Makes one sweep. A torn one is recorded before its error is returned.
     pub(super) async fn sweep(&mut self, block: &Block, visit: &Visit, pass: &Pass) -> Result<SweepRecord, ScanError> {
-        let acceleration = self.devices.axis_gamma.settings().acceleration();
-        let [start, end] = pass.ends_deg(acceleration);
+        let way = pass.way;
+        let moving = self.axes.moving(&way).1;
+        let [start, end] = pass.ends_deg(moving.settings().acceleration());
         let meter = self.devices.meter.as_ref();
         let range = sweeps::range(self.engine.station, meter.properties(), self.distance_mm, self.range_up);
-        self.axes.go_to(visit.c_deg, start).await?;
+        let (start_c_deg, start_gamma_deg) = way.at_deg(start);
+        self.axes.go_to(start_c_deg, start_gamma_deg).await?;
         let c_deg = self.axes.pose().await?.c_deg;
         let ambient_c = self.ambient_c().await?;
         meter
@@ -74,23 +77,23 @@ impl Session<'_> {
             .await
             .map_err(ScanError::device("luxmeter"))?;
         let caught = Caught::default();
-        let motion = self.axes.start_sweep(end, pass.speed_deg_s).await?;
+        let motion = self.axes.start_sweep(&way, end, pass.speed_deg_s).await?;
         let outcome = {
             let left = self.left();
             let work = async {
                 let (moved, ()) = tokio::join!(
                     async {
-                        let moved = self.axes.follow(motion).await;
+                        let moved = self.axes.follow(&way, motion).await;
                         caught.ended.set(true);
                         moved
                     },
-                    async { tokio::join!(self.positions(&caught), self.light(&caught)).0 },
+                    async { tokio::join!(self.positions(moving, &caught), self.light(&caught)).0 },
                 );
                 moved
             };
             left.during(work).await
         };
-        let target = (visit.c_deg, motion.target.value());
+        let target = way.at_deg(motion.target.value());
         let outcome = match outcome {
             Ok(()) => {
                 self.axes.swept(target);
@@ -105,7 +108,8 @@ impl Session<'_> {
             torn: None,
             c_deg,
             c_target_deg: visit.c_deg,
-            gamma_deg: pass.gamma_deg,
+            ring_to_c_deg: way.half_plane_deg().is_none().then(|| pass.to_deg().0),
+            gamma_deg: [pass.from_deg().1, pass.to_deg().1],
             speed_deg_s: motion.speed,
             distance_mm: self.distance_mm,
             range: i32::from(range),
@@ -150,9 +154,9 @@ impl Session<'_> {
 
     /// Asks for positions until the move has ended. What cannot be read is left out: the driver that follows the move
     /// judges whether the axis is lost.
-    async fn positions(&self, caught: &Caught) {
+    async fn positions(&self, moving: &dyn Axis, caught: &Caught) {
         while !caught.ended.get() {
-            if let Ok(position) = self.devices.axis_gamma.position().await {
+            if let Ok(position) = moving.position().await {
                 let at = (position.at, position.place.value());
                 caught.positions.borrow_mut().push(at);
             }
@@ -202,9 +206,9 @@ impl Session<'_> {
             .positions
             .into_inner()
             .into_iter()
-            .map(|(at, gamma_deg)| PositionSample {
+            .map(|(at, place_deg)| PositionSample {
                 answered_s: self.time_s(at),
-                gamma_deg,
+                place_deg,
             });
         let held = of.range;
         let light = caught.light.into_inner().into_iter().map(|caught| {
@@ -240,22 +244,22 @@ impl Session<'_> {
 
     /// Records a whole sweep.
     pub(super) fn keep_sweep(&mut self, record: SweepRecord) -> Result<(), ScanError> {
-        let SweepOf {
-            c_target_deg,
-            gamma_deg,
-            ..
-        } = record.of;
+        let way = record.of.way();
         let (samples, positions) = (record.light.len(), record.positions.len());
         let mut blocks = self.run.header().plan.blocks().iter();
         if let Some(block) = blocks.find(|block| block.name == record.of.block) {
             self.coverage.add(block, &record);
+            self.chosen.entry(block.name.clone()).or_default().add(block, &record);
         }
         let index = self.run.sweep(record)?;
+        let [from, to] = way.moving_deg();
+        let along = match way {
+            Way::HalfPlane { c_deg, .. } => format!("at C {c_deg}°, γ {from}° to {to}°"),
+            Way::Ring { gamma_deg, .. } => format!("around a ring at γ {gamma_deg}°, C {from}° to {to}°"),
+        };
         self.note(&format!(
-            "sweep {} at C {c_target_deg}°, γ {}° to {}°: {samples} conversions, {positions} positions",
-            index + 1,
-            gamma_deg[0],
-            gamma_deg[1]
+            "sweep {} {along}: {samples} conversions, {positions} positions",
+            index + 1
         ))
     }
 }

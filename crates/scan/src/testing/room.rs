@@ -28,6 +28,8 @@ pub struct Room {
     pub log: Vec<String>,
     /// Share of the lamp's light that is lost.
     pub dimmed: f64,
+    /// Share of its light by which it changes around C, three times a turn, at γ 90°.
+    pub uneven: f64,
     /// The shutter's blade does not follow its output.
     pub stuck_shut: bool,
     /// The truth of each reading of the meter; its number is the reading's evidence.
@@ -89,7 +91,8 @@ impl Room {
                     * (1.0 + self.drift_per_h * age / 3600.0);
                 lux += STRAY_LX * level;
                 if !self.baffle_in {
-                    let gamma = (self.axes[1].steps(now) as f64 / 1000.0).to_radians();
+                    let [c, gamma] = [0, 1].map(|axis| (self.axes[axis].steps(now) as f64 / 1000.0).to_radians());
+                    let around = 1.0 + self.uneven * gamma.sin() * (3.0 * c).cos();
                     let settled = self.last_rest.map_or(1.0, |rest| {
                         if self.lag_s > 0.0 {
                             1.0 - (-now.saturating_duration_since(rest).as_secs_f64() / self.lag_s).exp()
@@ -97,7 +100,7 @@ impl Room {
                             1.0
                         }
                     });
-                    lux += level * settled * PEAK_CD * gamma.cos().max(0.0) / 100.0;
+                    lux += level * settled * around * PEAK_CD * gamma.cos().max(0.0) / 100.0;
                 }
             }
         }
