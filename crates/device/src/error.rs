@@ -110,6 +110,45 @@ pub enum DeviceError {
 }
 
 impl DeviceError {
+    /// An answer of `device` to `action` that is none.
+    pub fn malformed(device: &str, action: impl Into<String>, reason: impl Into<String>, frame: Vec<u8>) -> Self {
+        Self::Malformed {
+            device: device.to_owned(),
+            action: action.into(),
+            reason: reason.into(),
+            frame,
+        }
+    }
+
+    /// The no of `device` to `action`.
+    pub fn refused(device: &str, action: impl Into<String>, reason: impl Into<String>, frame: Vec<u8>) -> Self {
+        Self::Refused {
+            device: device.to_owned(),
+            action: action.into(),
+            reason: reason.into(),
+            frame,
+        }
+    }
+
+    /// What `device` cannot do.
+    pub fn unsupported(device: &str, action: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Unsupported {
+            device: device.to_owned(),
+            action: action.into(),
+            reason: reason.into(),
+        }
+    }
+
+    /// A fault of `device` itself during `action`.
+    pub fn fault(device: &str, action: impl Into<String>, reason: impl Into<String>, evidence: Vec<u8>) -> Self {
+        Self::Fault {
+            device: device.to_owned(),
+            action: action.into(),
+            reason: reason.into(),
+            evidence,
+        }
+    }
+
     /// The coarse kind.
     pub const fn kind(&self) -> ErrorKind {
         match self {

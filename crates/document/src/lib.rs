@@ -1,5 +1,6 @@
 //! TOML documents written by people: parsed with the file, line and remedy of every fault.
 
+pub mod bounds;
 pub mod file;
 mod wrong_type;
 
@@ -39,15 +40,6 @@ impl fmt::Display for DocumentError {
 }
 
 impl std::error::Error for DocumentError {}
-
-/// One step into a TOML document: a key of a table, or a place in an array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step<'a> {
-    /// A key.
-    Key(&'a str),
-    /// A place, from 0.
-    At(usize),
-}
 
 /// A fault that a domain rule found, before the file is known: the path of the key and what is wrong with it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

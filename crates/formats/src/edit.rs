@@ -9,9 +9,10 @@ use isolux_photometry::{IntensityDistribution, Symmetry};
 
 use self::description::refused;
 pub use self::request::Edit;
-use crate::distribution::{Distribution, Luminaire};
+use crate::distribution::Distribution;
 use crate::eulumdat;
 use crate::finding::Finding;
+use crate::luminaire::Luminaire;
 use crate::number::shortest;
 
 /// Finest step of a new grid in degrees: ten times finer than any goniophotometer's file.

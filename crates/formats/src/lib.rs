@@ -15,6 +15,7 @@ mod gldf;
 pub mod ies;
 mod json;
 mod lost;
+mod luminaire;
 mod number;
 mod options;
 mod parsed;

@@ -3,8 +3,9 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value};
 
-use crate::distribution::{Distribution, Luminaire};
+use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
+use crate::luminaire::Luminaire;
 use crate::number;
 use crate::parsed::{Format, Kind, Parsed};
 use crate::plausible::{self, Stored};

@@ -7,7 +7,6 @@ use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
 
 use crate::reading::Reading;
-use crate::run::StopHow;
 use crate::spectra::SpectrumRecord;
 
 /// The file in a run directory, one event a line.
@@ -21,6 +20,28 @@ pub struct Logged {
     /// What happened.
     #[serde(flatten)]
     pub event: Event,
+}
+
+/// How a run ended, in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopHow {
+    /// Every point of the plan was read.
+    Completed,
+    /// A person or a signal asked for it.
+    Interrupted,
+    /// An instrument or the system failed.
+    Failed,
+}
+
+impl fmt::Display for StopHow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Completed => "completed",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
+        })
+    }
 }
 
 /// One thing that happened.

@@ -11,6 +11,7 @@ pub mod observation;
 pub mod plan;
 pub mod reading;
 pub mod readings;
+mod row_crc;
 pub mod run;
 mod run_lock;
 pub mod spectra;
@@ -18,6 +19,7 @@ pub mod station;
 pub mod steadiness;
 pub mod subject;
 pub mod sweeps;
+mod table;
 
 pub use distance_class::DistanceClass;
 pub use event::{BenchState, Event, Logged};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::document::Fault;
+use crate::document::bounds::{above, within};
 
 /// The table `[limits]` as written.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -88,18 +89,13 @@ impl TryFrom<&LimitsDocument> for Limits {
     fn try_from(written: &LimitsDocument) -> Result<Self, Fault> {
         let default = Self::default();
         let fraction = |name: &str, value: Option<f64>, default: f64| {
-            let value = value.unwrap_or(default);
-            if value > 0.0 && value <= 1.0 {
-                return Ok(value);
-            }
-            let message = format!("is {value}, expected a fraction above 0 and up to 1, for instance {default}");
-            Err(Fault::new(format!("limits.{name}"), message))
+            let unit = format!(" (a fraction, for instance {default})");
+            above(&format!("limits.{name}"), value, 0.0..=1.0, &unit)?;
+            Ok(value.unwrap_or(default))
         };
         let repeats_sigma = written.repeats_sigma.unwrap_or(default.repeats_sigma);
-        if !(2.0..=100.0).contains(&repeats_sigma) {
-            let message = format!("is {repeats_sigma}, expected 2 to 100 standard uncertainties, for instance 6");
-            return Err(Fault::new("limits.repeats_sigma", message));
-        }
+        let unit = " standard uncertainties, for instance 6";
+        within("limits.repeats_sigma", repeats_sigma, 2.0..=100.0, unit)?;
         Ok(Self {
             reference_rel: fraction("reference_rel", written.reference_rel, default.reference_rel)?,
             drift_rel: fraction("drift_rel", written.drift_rel, default.drift_rel)?,

@@ -1,13 +1,16 @@
 //! `readings.csv`: append-only, one row a reading, each row with its checksum and the hash of all rows up to it.
 
+mod columns;
 mod error;
 mod layout;
 mod row;
 
 use camino::Utf8Path;
 
+pub use self::columns::HEADER;
+pub(crate) use self::columns::NAMES;
 pub use self::error::ReadingsError;
-pub use self::layout::{HEADER, Layout};
+pub use self::layout::Layout;
 pub(crate) use self::row::Chain;
 use self::row::parse_row;
 use crate::reading::Reading;

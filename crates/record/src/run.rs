@@ -2,6 +2,7 @@
 
 pub(crate) mod axis;
 mod error;
+mod format;
 mod header;
 mod read;
 
@@ -10,9 +11,11 @@ use std::fs::OpenOptions;
 use camino::{Utf8Path, Utf8PathBuf};
 
 pub use error::{RunError, vacant};
-pub use header::{DeviceRecord, FORMAT, FORMAT_3, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written};
+pub use format::{FORMAT, FORMAT_3};
+pub use header::{DeviceRecord, Resumed, RunHeader, SpectrumEntry, Stopped, Written};
 
 use crate::disk::{self, Appended, failed, sha256};
+pub use crate::event::StopHow;
 use crate::event::{EVENTS_FILE, Event, Logged};
 use crate::reading::Reading;
 use crate::readings::Chain;
@@ -125,7 +128,7 @@ impl RunDir {
             .map(|entry| entry.index + 1)
             .max()
             .unwrap_or_default();
-        let start_s = axis::next_session_s(run, &now.started_utc);
+        let start_s = run.next_session_s(&now.started_utc);
         header.stopped = None;
         header.state(&now.subject());
         header

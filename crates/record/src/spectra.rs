@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub use self::calibration::parse_calibration;
 pub use self::error::SpectrumError;
 use crate::reading::ReadingKind;
+use crate::row_crc;
+use crate::table::{Fields, ObservationError, Problem, Table};
 
 /// What turns the counts of a spectroradiometer into irradiance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -184,128 +186,79 @@ impl SpectrumRecord {
                 irradiance.u_w_m2_nm[place],
                 self.pixels.len(),
             );
-            let crc = crc32fast::hash(row.as_bytes());
-            text.push_str(&format!("{row}{crc:08x}\n"));
+            text += &format!("{row}{}\n", row_crc::of(row.as_bytes()));
         }
         Ok(text)
-    }
-
-    /// Reads a file of `spectra/`.
-    ///
-    /// # Errors
-    /// [`SpectrumError`] with line and column.
-    pub fn read(file: &Utf8Path) -> Result<Self, SpectrumError> {
-        let text = std::fs::read_to_string(file).map_err(|error| SpectrumError::Io {
-            file: file.to_owned(),
-            message: error.to_string(),
-        })?;
-        Self::parse(file, &text)
     }
 
     /// Parses a file of `spectra/`. One of a run of format 3 has no time but that of the lamp.
     ///
     /// # Errors
-    /// [`SpectrumError`] with line and column.
-    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SpectrumError> {
-        let headers = [format!("{HEADER}{LAMP}{CHECKED}"), format!("{HEADER}{CHECKED}")];
-        let found = text.lines().next().unwrap_or_default();
-        let header = headers.iter().find(|header| *header == found).unwrap_or(&headers[0]);
-        let columns: Vec<&str> = header.split(',').collect();
-        let lamp = columns.iter().position(|column| *column == "lamp_s");
-        let (count, crc) = (columns.len() - 2, columns.len() - 1);
-        let mut pixels = 0.0;
-        let fault = |line: usize, column: usize, message: &str| SpectrumError::Content {
-            file: file.to_owned(),
-            line,
-            column: columns.get(column).map_or_else(String::new, ToString::to_string),
-            message: message.to_owned(),
-        };
-        let mut lines = text.lines();
-        if lines.next() != Some(header.as_str()) {
-            return Err(fault(1, 0, "not the header of a run's spectrum"));
+    /// [`ObservationError`] with line and column.
+    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, ObservationError> {
+        let wrong = |line, what: String| ObservationError::new(file, Some(line), Problem::Record(what));
+        let header = text.lines().next().unwrap_or_default();
+        let has_lamp = header == format!("{HEADER}{LAMP}{CHECKED}");
+        if !has_lamp && header != format!("{HEADER}{CHECKED}") {
+            return Err(wrong(1, "not the header of a run's spectrum".to_owned()));
         }
+        let table = Table::parse(file, text, false)?;
+        let columns = table.columns();
         let mut record: Option<Self> = None;
-        for (place, row) in lines.enumerate() {
-            let line = place + 2;
-            let fields: Vec<&str> = row.split(',').collect();
-            if fields.len() != columns.len() {
-                return Err(fault(
-                    line,
-                    0,
-                    &format!("{} columns, expected {}", fields.len(), columns.len()),
-                ));
-            }
-            let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
-            if fields[crc] != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
-                return Err(fault(line, crc, "the row is damaged: its checksum is another"));
-            }
-            let number = |column: usize| match fields[column].parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(value),
-                _ => Err(fault(
-                    line,
-                    column,
-                    &format!("`{}` is no finite number", fields[column]),
-                )),
-            };
-            let optional = |column: usize| {
-                if fields[column].is_empty() {
-                    Ok(None)
-                } else {
-                    number(column).map(Some)
-                }
-            };
-            pixels = number(count)?;
+        let mut stated = 0.0;
+        for fields in table.rows(file, &columns) {
+            fields.checked()?;
+            stated = fields.number("pixels")?;
             let pixel = Pixel {
-                wavelength_nm: number(0)?,
-                counts: number(1)?,
-                u_counts: number(2)?,
-                dark_counts: number(3)?,
-                u_dark_counts: number(4)?,
-                saturated: fields[5] == "1",
-                factor_w_m2_nm: number(6)?,
+                wavelength_nm: fields.number("wavelength_nm")?,
+                counts: fields.number("counts")?,
+                u_counts: fields.number("u_counts")?,
+                dark_counts: fields.number("dark_counts")?,
+                u_dark_counts: fields.number("u_dark_counts")?,
+                saturated: fields.text("saturated") == "1",
+                factor_w_m2_nm: fields.number("factor_w_m2_nm")?,
             };
-            if let Some(record) = &mut record {
-                if record
-                    .pixels
-                    .last()
-                    .is_some_and(|last| last.wavelength_nm >= pixel.wavelength_nm)
-                {
-                    return Err(fault(line, 0, "the wavelengths do not rise"));
-                }
-                record.pixels.push(pixel);
-            } else {
-                // Without a time of the lamp beside it, the time is that of the lamp.
-                let (time_s, lamp_s) = match lamp {
-                    Some(lamp) => (optional(16)?, optional(lamp)?),
-                    None => (None, optional(16)?),
-                };
-                record = Some(Self {
-                    integration_s: number(9)?,
-                    averages: number(10)? as u32,
-                    detector_c: optional(11)?,
-                    ambient_c: optional(12)?,
-                    block: fields[13].to_owned(),
-                    point: number(14)? as u64,
-                    kind: fields[15]
-                        .parse()
-                        .map_err(|error| fault(line, 15, &format!("{error}")))?,
-                    time_s,
-                    lamp_s,
-                    c_deg: number(17)?,
-                    gamma_deg: number(18)?,
-                    distance_mm: number(19)?,
-                    index: number(20)? as u64,
-                    pixels: vec![pixel],
-                });
+            let record = match &mut record {
+                Some(record) => record,
+                none => none.insert(Self::common(&fields, has_lamp)?),
+            };
+            if let Some(last) = record.pixels.last() {
+                fields.above("wavelength_nm", last.wavelength_nm)?;
             }
+            record.pixels.push(pixel);
         }
-        let record = record.ok_or_else(|| fault(1, 0, "the file holds no pixel"))?;
+        let record = record.ok_or_else(|| wrong(1, "the file holds no pixel".to_owned()))?;
         let found = record.pixels.len();
-        if pixels == found as f64 {
+        if stated == found as f64 {
             return Ok(record);
         }
-        let message = format!("the file holds {found} pixels of {pixels}");
-        Err(fault(found + 1, count, &message))
+        let message = format!("the file holds {found} pixels of {stated}");
+        Err(wrong(found as u64 + 1, message))
+    }
+
+    /// What every row of a file says, without its pixel.
+    fn common(fields: &Fields<'_>, has_lamp: bool) -> Result<Self, ObservationError> {
+        // Without a time of the lamp beside it, the time is that of the lamp.
+        let (time_s, lamp_s) = match (has_lamp, fields.optional("time_s")?) {
+            (true, time_s) => (time_s, fields.optional("lamp_s")?),
+            (false, lamp_s) => (None, lamp_s),
+        };
+        Ok(Self {
+            integration_s: fields.number("integration_s")?,
+            averages: fields.number("averages")? as u32,
+            detector_c: fields.optional("detector_c")?,
+            ambient_c: fields.optional("ambient_c")?,
+            block: fields.text("block").to_owned(),
+            point: fields.number("point")? as u64,
+            kind: fields.word("kind")?,
+            time_s,
+            lamp_s,
+            c_deg: fields.number("c_deg")?,
+            gamma_deg: fields.number("gamma_deg")?,
+            distance_mm: fields.number("distance_mm")?,
+            index: fields.number("index")? as u64,
+            pixels: Vec::new(),
+        })
     }
 }
 
@@ -381,10 +334,8 @@ pub(crate) mod tests {
         );
         assert_eq!(light.irradiance_w_m2_nm[2], None, "a saturated pixel has no number");
         let broken = text.replacen("450,", "nan,", 1);
-        assert!(matches!(
-            SpectrumRecord::parse(Utf8Path::new("0.csv"), &broken),
-            Err(SpectrumError::Content { line: 2, .. })
-        ));
+        let error = SpectrumRecord::parse(Utf8Path::new("0.csv"), &broken).unwrap_err();
+        assert_eq!(error.line, Some(2));
     }
 
     #[test]
@@ -419,11 +370,25 @@ pub(crate) mod tests {
             parse("# made 2026\nwavelength_nm,factor\n350,1e-6\n850,2e-6\n").unwrap()[1],
             (850.0, 2e-6)
         );
-        assert!(matches!(parse("nm,f\n"), Err(SpectrumError::Content { line: 1, .. })));
-        assert!(matches!(
-            parse("wavelength_nm,factor\n350,1\n340,1\n"),
-            Err(SpectrumError::Content { line: 3, .. })
-        ));
-        assert!(parse("wavelength_nm,factor\n350,NaN\n").is_err());
+        let of_a_spreadsheet = "\u{feff}\"factor\",\"wavelength_nm\"\r\n1e-6, 350\r\n\"2e-6\",850\r\n";
+        assert_eq!(parse(of_a_spreadsheet).unwrap(), [(350.0, 1e-6), (850.0, 2e-6)]);
+        for (text, line, said) in [
+            ("nm,f\n", Some(1), "column `wavelength_nm` is missing"),
+            (
+                "wavelength_nm,factor\n350,1\n340,1\n",
+                Some(3),
+                "above that of the row before",
+            ),
+            (
+                "wavelength_nm,factor\n350,NaN\n",
+                Some(2),
+                "`factor` = `NaN` is no finite number",
+            ),
+            ("wavelength_nm,factor\n350,1\n", None, "holds no two wavelengths"),
+            ("wavelength_nm,factor\n350,0\n450,0\n", None, "`factor` = 0"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.line == line && error.to_string().contains(said), "{error}");
+        }
     }
 }

@@ -3,14 +3,13 @@
 //! No number in it is corrected: what the light belongs to is computed from it by the reduction, and can be computed
 //! again by a better one.
 
-mod error;
-
 use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
 
-pub use self::error::SweepError;
 use crate::disk::sha256;
 use crate::plan::Way;
+use crate::row_crc;
+use crate::table::{ObservationError, Problem};
 
 /// First line of a file, before the sweep's description.
 const FIRST: &str = "# isolux-sweep/1";
@@ -160,9 +159,9 @@ impl SweepRecord {
     /// The file's bytes: the description as TOML behind `#`, then one row a sample with a checksum of its own.
     ///
     /// # Errors
-    /// [`SweepError::Description`] for a description that TOML cannot hold.
-    pub fn to_csv(&self) -> Result<String, SweepError> {
-        let described = toml::to_string(&self.of).map_err(|error| SweepError::Description(error.to_string()))?;
+    /// A description that TOML cannot hold.
+    pub fn to_csv(&self) -> Result<String, toml::ser::Error> {
+        let described = toml::to_string(&self.of)?;
         let mut text = format!("{FIRST}\n");
         for line in described.lines() {
             text += &format!("# {line}\n");
@@ -194,7 +193,7 @@ impl SweepRecord {
         }
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, row) in rows {
-            text += &format!("{row}{:08x}\n", crc32fast::hash(row.as_bytes()));
+            text += &format!("{row}{}\n", row_crc::of(row.as_bytes()));
         }
         Ok(text)
     }
@@ -202,13 +201,9 @@ impl SweepRecord {
     /// Parses a file of `sweeps/`.
     ///
     /// # Errors
-    /// [`SweepError`] with line and column.
-    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SweepError> {
-        let fault = |line: usize, message: String| SweepError::Content {
-            file: file.to_owned(),
-            line,
-            message,
-        };
+    /// [`ObservationError`] with the line.
+    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, ObservationError> {
+        let fault = |line: usize, what: String| ObservationError::new(file, Some(line as u64), Problem::Record(what));
         let mut lines = text.lines().enumerate().map(|(place, line)| (place + 1, line));
         if lines.next().is_none_or(|(_, first)| first != FIRST) {
             return Err(fault(1, format!("not a sweep of a run: it begins with `{FIRST}`")));
@@ -231,13 +226,11 @@ impl SweepRecord {
         let (mut positions, mut light) = (Vec::new(), Vec::new());
         for (line, row) in lines {
             let fields: Vec<&str> = row.split(',').collect();
-            let [what, requested, answered, value, digit, raw, crc] = fields.as_slice() else {
+            let [what, requested, answered, value, digit, raw, _] = fields.as_slice() else {
                 return Err(fault(line, format!("{} columns, expected 7", fields.len())));
             };
-            let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
-            if *crc != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
-                return Err(fault(line, "the row is damaged: its checksum is another".to_owned()));
-            }
+            row_crc::covered(row.as_bytes())
+                .map_err(|_| fault(line, "the row is damaged: its checksum is another".to_owned()))?;
             let number = |field: &str| match field.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
                 _ => Err(fault(line, format!("`{field}` is no finite number"))),

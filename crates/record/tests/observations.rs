@@ -132,7 +132,11 @@ fn what_is_wrong_with_maps_is_said() {
     folder.write("maps.toml", MAPS.replace("name = \"b\"", "name = \"a\""));
     assert!(folder.complaint("maps.toml").contains("map `a` is there twice"));
     folder.write("maps.toml", MAPS.replace("distance_mm = 300.0", "distance_mm = -300.0"));
-    assert!(folder.complaint("maps.toml").contains("`distance_mm` = -300"));
+    assert!(
+        folder
+            .complaint("maps.toml")
+            .contains("distance_mm: is -300, expected 0.001 to")
+    );
 }
 
 #[test]

@@ -4,13 +4,11 @@ use isolux_record::plan::Instrument;
 use isolux_record::run::{Run, StopHow};
 use isolux_record::{Plan, Reading, ReadingKind, Role};
 
+use crate::direction::{Direction, once, order, target};
 use crate::error::ReduceError;
 use crate::grid::is_pole;
 use crate::partial::{Partial, unread_blocks};
 use crate::samples::unsigned;
-
-/// A direction (C, γ) as the plan has it, in degrees.
-pub type Direction = (f64, f64);
 
 /// One lit block of the lux meter: what the plan asks for and what was read.
 #[derive(Debug)]
@@ -241,23 +239,4 @@ fn unfinished(run: &Run, chosen: &[&Block<'_>]) -> Result<Option<Partial>, Reduc
             planned: planned.len(),
         }),
     }
-}
-
-/// The direction of the plan at which a reading was taken.
-pub fn target(row: &Reading) -> Direction {
-    (row.c_target_deg, row.gamma_target_deg)
-}
-
-/// The order of [`once`].
-pub fn order(a: &Direction, b: &Direction) -> std::cmp::Ordering {
-    a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-}
-
-/// Sorted, each once.
-pub fn once(directions: impl Iterator<Item = Direction>) -> Vec<Direction> {
-    // Adding 0 makes −0 and 0 one.
-    let mut directions: Vec<Direction> = directions.map(|(c, gamma)| (c + 0.0, gamma + 0.0)).collect();
-    directions.sort_by(order);
-    directions.dedup();
-    directions
 }

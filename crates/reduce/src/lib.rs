@@ -16,6 +16,7 @@ mod circle;
 mod closing;
 mod colour;
 mod correction;
+mod direction;
 mod drift;
 mod electrical;
 mod error;

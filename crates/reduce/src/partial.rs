@@ -11,7 +11,7 @@ use isolux_record::{Role, Run};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::blocks::{once, order, target};
+use crate::direction::{once, order, target};
 use crate::samples::{Sample, unsigned};
 
 /// What was read of a scan that is not finished.

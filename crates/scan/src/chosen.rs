@@ -2,7 +2,10 @@
 //! half-planes that were swept show it at every γ. A function of the record alone, so that a scan that is taken up again
 //! goes on as it would have.
 
+use std::collections::HashMap;
+
 use isolux_photometry::{AroundSpline, BEYOND_RINGS, Ring};
+use isolux_record::Run;
 use isolux_record::plan::{Block, Pass, PlaneTarget, RINGS, Way, ring};
 use isolux_record::sweeps::SweepRecord;
 
@@ -61,6 +64,18 @@ impl Chosen {
         let mut chosen = Self::default();
         sweeps.for_each(|sweep| chosen.add(block, sweep));
         chosen
+    }
+
+    /// What the sweeps of `resumed` have, by block.
+    pub fn by_block(resumed: Option<&Run>) -> HashMap<String, Self> {
+        let of_run = |run: &Run| {
+            let of_block = |block: &Block| {
+                let sweeps = run.sweeps.iter().filter(|sweep| sweep.of.block == block.name);
+                (block.name.clone(), Self::of(block, sweeps))
+            };
+            run.header.plan.blocks().iter().map(of_block).collect()
+        };
+        resumed.map(of_run).unwrap_or_default()
     }
 
     /// Takes account of one more sweep.
@@ -178,24 +193,20 @@ impl Chosen {
                 };
                 wanting.then(|| middle(block, &set, &halves, gap)).flatten()
             });
-            match add.filter(|_| beyond) {
-                Some(c_deg) => {
-                    set.push(c_deg);
-                    set.sort_by(f64::total_cmp);
-                }
-                None => {
-                    let reason = format!(
-                        "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); wanted is {:.2} %",
-                        rings.len(),
-                        halves.len(),
-                        100.0 * missed,
-                        of_what(target),
-                        100.0 * u_of(missed),
-                        100.0 * wanted(target)
-                    );
-                    return (set, reason);
-                }
-            }
+            let Some(c_deg) = add.filter(|_| beyond) else {
+                let reason = format!(
+                    "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); wanted is {:.2} %",
+                    rings.len(),
+                    halves.len(),
+                    100.0 * missed,
+                    of_what(target),
+                    100.0 * u_of(missed),
+                    100.0 * wanted(target)
+                );
+                return (set, reason);
+            };
+            set.push(c_deg);
+            set.sort_by(f64::total_cmp);
         }
     }
 

@@ -260,6 +260,7 @@ impl ScanError {
                 | RunError::NoRun { .. }
                 | RunError::Changed { .. }
                 | RunError::HeaderChanged { .. }
+                | RunError::OtherFormat { .. }
                 | RunError::Damaged { .. },
             ) => ScanErrorKind::BadPlan,
             Self::NotStable { .. }

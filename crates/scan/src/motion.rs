@@ -95,12 +95,12 @@ impl<'a> Axes<'a> {
                 .ok_or_else(|| dead(role, axis, "home"))?
                 .map_err(ScanError::device(role))?;
             if !position.homed {
-                let source = DeviceError::Fault {
-                    device: axis.identity().target.clone(),
-                    action: "home".to_owned(),
-                    reason: "the axis says that it has no reference after homing".to_owned(),
-                    evidence: Vec::new(),
-                };
+                let source = DeviceError::fault(
+                    &axis.identity().target,
+                    "home",
+                    "the axis says that it has no reference after homing",
+                    Vec::new(),
+                );
                 return Err(ScanError::Device { role, source });
             }
         }
@@ -331,12 +331,12 @@ pub async fn stop<P: Coordinate>(
         }
         let error = match awake::until(deadline, axis.stop()).await {
             Some(Ok(position)) if !position.moving => return Ok(position),
-            Some(Ok(_)) => DeviceError::Fault {
-                device: axis.identity().target.clone(),
-                action: "stop".to_owned(),
-                reason: "the axis says that it still moves".to_owned(),
-                evidence: Vec::new(),
-            },
+            Some(Ok(_)) => DeviceError::fault(
+                &axis.identity().target,
+                "stop",
+                "the axis says that it still moves",
+                Vec::new(),
+            ),
             Some(Err(error)) => error,
             None => {
                 let device = axis.identity().target.clone();

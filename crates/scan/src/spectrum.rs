@@ -110,12 +110,12 @@ impl<'a> Sums<'a> {
         let properties = self.spectro.device.properties();
         let (pixels, found) = (self.sum.len(), raw.counts.len());
         if found != pixels {
-            let source = DeviceError::Malformed {
-                device: self.spectro.device.identity().target.clone(),
-                action: "acquire".to_owned(),
-                reason: format!("{found} pixels, the instrument has {pixels}"),
-                frame: Vec::new(),
-            };
+            let source = DeviceError::malformed(
+                &self.spectro.device.identity().target,
+                "acquire",
+                format!("{found} pixels, the instrument has {pixels}"),
+                Vec::new(),
+            );
             return Err(ScanError::Device {
                 role: "spectroradiometer",
                 source,

@@ -86,12 +86,6 @@ impl Camera {
             })
             .collect()
     }
-
-    /// Variance of a pixel's digital number over exposures: K²(σ_d² + µ_e) + 1/12 (EMVA 1288, the photon transfer).
-    pub fn variance_dn(&self, electrons: f64) -> f64 {
-        let k = self.gain_dn_per_electron;
-        k * k * (self.read_noise_electrons.powi(2) + electrons) + 1.0 / 12.0
-    }
 }
 
 #[cfg(test)]
@@ -142,7 +136,9 @@ mod tests {
         let mean = dn.iter().sum::<f64>() / dn.len() as f64;
         let variance = dn.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / dn.len() as f64;
         assert!((mean - (64.0 + 0.4 * electrons)).abs() < 1.0, "{mean}");
-        let expected = camera.variance_dn(electrons);
+        // K²(σ_d² + µ_e) + 1/12 (EMVA 1288, the photon transfer).
+        let k = camera.gain_dn_per_electron;
+        let expected = k * k * (camera.read_noise_electrons.powi(2) + electrons) + 1.0 / 12.0;
         assert!((variance / expected - 1.0).abs() < 0.04, "{variance} {expected}");
     }
 

@@ -70,20 +70,6 @@ pub fn lambertian(rho: f64, illuminance: f64) -> f64 {
     rho * illuminance / PI
 }
 
-/// Indirect illuminance in an integrating sphere: E = Φ·ρ/(A·(1 − ρ·(1 − f))), f the share of the wall that is open.
-pub fn integrating_sphere(flux_lm: f64, area_m2: f64, rho: f64, open: f64) -> f64 {
-    flux_lm * rho / (area_m2 * (1.0 - rho * (1.0 - open)))
-}
-
-/// Form factor between two equal parallel squares of side `a` at distance `d` (Lambert's box; Howell C-11).
-pub fn parallel_squares(a: f64, d: f64) -> f64 {
-    let x = a / d;
-    let q = (1.0 + x * x).sqrt();
-    2.0 / (PI * x * x)
-        * (((1.0 + x * x).powi(2) / (1.0 + 2.0 * x * x)).sqrt().ln() + 2.0 * x * q * (x / q).atan()
-            - 2.0 * x * x.atan())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,34 +133,6 @@ mod tests {
             (found - expected).abs() < 4.5 * (expected / photons as f64).sqrt(),
             "{found} {expected}"
         );
-    }
-
-    #[test]
-    fn an_integrating_sphere_agrees_with_light_that_wanders() {
-        let (rho, open, area) = (0.9, 0.05, 0.5);
-        let random = Random::new(4, Purpose::Trial);
-        let (mut hits, rays) = (0.0, 100_000_u64);
-        for index in 0..rays {
-            let mut numbers = random.sequence(index);
-            // The first reflection is at the spot that the lamp lights; every later hit is anywhere on the sphere.
-            while numbers.uniform() < rho {
-                hits += 1.0;
-                if numbers.uniform() < open {
-                    break;
-                }
-            }
-        }
-        let found = 100.0 * hits / rays as f64 / area;
-        let expected = integrating_sphere(100.0, area, rho, open);
-        assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
-    }
-
-    #[test]
-    fn lamberts_box_holds_all_light() {
-        // Cube: F parallel = 0.199825, and one parallel and four sides make 1.
-        assert!((parallel_squares(1.0, 1.0) - 0.199_824_9).abs() < 1e-6);
-        // Far away the factor is a²/(π d²).
-        assert!((parallel_squares(1.0, 100.0) * PI * 1e4 - 1.0).abs() < 1e-3);
     }
 
     #[test]

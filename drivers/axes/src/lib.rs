@@ -2,6 +2,7 @@
 
 mod ascii;
 mod easi;
+mod factory;
 mod oriental;
 mod polled;
 mod zaber;

@@ -81,11 +81,11 @@ pub(crate) trait AxisDriver<P: Coordinate>: Send + Sync {
 
     /// Sets the cruising speed of the moves that follow, at most that of the settings, in °/s or mm/s; the one taken.
     async fn cruise(&self, speed: f64) -> Result<f64, DeviceError> {
-        Err(DeviceError::Unsupported {
-            device: self.identity().target.clone(),
-            action: format!("move at {speed} {}/s", P::UNIT),
-            reason: "this driver sets no speed for one move; sweeps need a drive of the driver zaber".to_owned(),
-        })
+        Err(DeviceError::unsupported(
+            &self.identity().target,
+            format!("move at {speed} {}/s", P::UNIT),
+            "this driver sets no speed for one move; sweeps need a drive of the driver zaber",
+        ))
     }
 
     /// Starts a move to `steps`.
@@ -127,12 +127,7 @@ pub(crate) struct PolledAxis<P, D> {
 
 /// The failure of `action` on the drive with this name.
 pub(crate) fn fault(name: &str, action: &str, reason: impl Into<String>, evidence: Vec<u8>) -> DeviceError {
-    DeviceError::Fault {
-        device: name.to_owned(),
-        action: action.to_owned(),
-        reason: reason.into(),
-        evidence,
-    }
+    DeviceError::fault(name, action, reason, evidence)
 }
 
 /// Refuses limits of the station beyond those that the drive keeps itself, in steps.
@@ -166,11 +161,7 @@ pub(crate) fn in_use<P: Coordinate>(
     [speed, acceleration]: [f64; 2],
 ) -> Result<AxisSettings<P>, DeviceError> {
     let used = AxisSettings::new(*settings.scale(), settings.limit(), speed, acceleration);
-    used.map_err(|error| DeviceError::Unsupported {
-        device: name.to_owned(),
-        action: "use these settings".to_owned(),
-        reason: error.to_string(),
-    })
+    used.map_err(|error| DeviceError::unsupported(name, "use these settings", error.to_string()))
 }
 
 /// Whether two positions in a row are those of an axis at rest in one place.
@@ -195,12 +186,12 @@ fn and_not_stopped(error: DeviceError, second: DeviceError) -> DeviceError {
             action,
             reason,
             evidence,
-        } => DeviceError::Fault {
-            device,
+        } => DeviceError::fault(
+            &device,
             action,
-            reason: format!("{reason}; and standstill could not be verified: {second}"),
+            format!("{reason}; and standstill could not be verified: {second}"),
             evidence,
-        },
+        ),
         // A lost or silent link: that standstill is unknown follows from the second failure, which is the worse one.
         _ => second,
     }

@@ -13,7 +13,6 @@ use crate::built_in::{self, BUILT_IN, Completed};
 use crate::fault::Fault;
 use crate::injected_effects::InjectedEffects;
 use crate::parts::{Axes, Bench, Camera, Climate, Lamp, LuxMeter, PowerMeter, Spectroradiometer};
-use crate::rules::{self, Rules};
 use crate::table::LampTable;
 
 /// The format line of the file.
@@ -122,27 +121,6 @@ impl Darkroom {
         }
         room.check().map_err(|fault| source.locate(&fault))?;
         Ok((room, completed))
-    }
-
-    /// The first value that no room can have.
-    fn check(&self) -> Result<(), document::Fault> {
-        let mut rules = Rules::default();
-        rules.require("format", self.format == FORMAT, &format!("must be \"{FORMAT}\""));
-        rules::lamp(&mut rules, &self.lamp);
-        rules::climate(&mut rules, &self.room);
-        rules.within("bench.distance_mm", self.bench.distance_mm, 50.0, 100_000.0);
-        for (name, axis) in [("c", &self.axis.c), ("gamma", &self.axis.gamma)] {
-            rules::axis(&mut rules, name, axis);
-        }
-        rules::luxmeter(&mut rules, &self.luxmeter);
-        rules::spectroradiometer(&mut rules, &self.spectroradiometer);
-        rules::powermeter(&mut rules, &self.powermeter);
-        rules::camera(&mut rules, &self.camera);
-        rules::injected_effects(&mut rules, &self.injected_effects);
-        for fault in &self.fault {
-            rules::fault(&mut rules, fault);
-        }
-        rules.first.map_or(Ok(()), Err)
     }
 }
 

@@ -4,10 +4,16 @@
 //! each one acts is in the module of the part that it belongs to: [`crate::mount`], [`crate::floor`],
 //! [`crate::output`], [`crate::meter`], [`crate::spectrograph`], [`crate::camera`].
 
+use std::ops::RangeInclusive;
+
+use isolux_document::Fault;
+use isolux_document::bounds::within;
 use serde::{Deserialize, Serialize};
 
 macro_rules! injected_effects {
-    ($( $(#[$doc:meta])* $field:ident : $name:ident { $( $(#[$key_doc:meta])* $key:ident = $null:expr ),* $(,)? } )*) => {
+    ($( $(#[$doc:meta])* $field:ident : $name:ident { $(
+        $(#[$key_doc:meta])* $key:ident = $null:expr $(=> $range:expr)?
+    ),* $(,)? } )*) => {
         $(
             $(#[$doc])*
             #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,12 +47,33 @@ macro_rules! injected_effects {
                 }
             }
 
+            /// Whether every value is one that a room can have.
+            pub(crate) fn check(&self) -> Result<(), Fault> {
+                $( $(
+                    let range = None$(.or(Some($range)))?.unwrap_or_else(|| usual_range(stringify!($key)));
+                    let path = concat!("injected_effects.", stringify!($field), ".", stringify!($key));
+                    within(path, self.$field.$key, range, "")?;
+                )* )*
+                Ok(())
+            }
+
             /// Every (injected effect, key, value), in the order of the catalogue.
             pub fn values(&self) -> Vec<(&'static str, &'static str, f64)> {
                 vec![ $( $( (stringify!($field), stringify!($key), self.$field.$key), )* )* ]
             }
         }
     };
+}
+
+/// What a value may be whose key states no range of its own.
+fn usual_range(key: &str) -> RangeInclusive<f64> {
+    let most = match key {
+        _ if key.ends_with("_deg") && !key.ends_with("_per_deg") => 360.0,
+        _ if key.ends_with("_mm") => 1e5,
+        _ if key.ends_with("_nm") => 1e4,
+        _ => 1e6,
+    };
+    -most..=most
 }
 
 injected_effects! {
@@ -70,9 +97,9 @@ injected_effects! {
     /// A Lambertian floor under the bench.
     floor_reflection: FloorReflection {
         /// Reflectance.
-        albedo = 0.0,
+        albedo = 0.0 => 0.0..=1.0,
         /// Height of the axes' intersection over the floor, mm.
-        height_mm = 1200.0,
+        height_mm = 1200.0 => 1e-9..=1e5,
     }
     /// Error of the photometric distance: the detector really stands at `distance + offset_mm`.
     distance_offset: DistanceOffset {
@@ -147,11 +174,11 @@ injected_effects! {
     /// The lamp is brighter when cold. Two thermal masses: the board and the housing.
     lamp_warmup: LampWarmup {
         /// Relative excess at switch-on.
-        amplitude_rel = 0.0,
+        amplitude_rel = 0.0 => -0.9..=5.0,
         /// Time constant of the board, s.
-        time_constant_s = 600.0,
+        time_constant_s = 600.0 => 1e-9..=1e6,
         /// Share of the excess that follows the housing.
-        second_share = 0.1,
+        second_share = 0.1 => 0.0..=1.0,
         /// Time constant of the housing, s; 0: four times the board's.
         second_time_constant_s = 0.0,
     }
@@ -172,7 +199,7 @@ injected_effects! {
         /// Relative amplitude.
         amplitude_rel = 0.0,
         /// Period of the beat, s.
-        period_s = 60.0,
+        period_s = 60.0 => 1e-9..=1e6,
         /// Phase at switch-on, rad.
         phase_rad = 0.0,
     }
@@ -180,11 +207,11 @@ injected_effects! {
     /// in C.
     dead_sector: DeadSector {
         /// Relative loss of the LED in the middle of the sector.
-        depth_rel = 0.0,
+        depth_rel = 0.0 => -1.0..=1.0,
         /// Azimuth of the sector's middle, degrees.
         azimuth_deg = 0.0,
         /// Full width of the sector at half depth, degrees.
-        width_deg = 60.0,
+        width_deg = 60.0 => 1e-9..=360.0,
     }
     /// A part of the mount or a cable in front of the luminaire, in a direction fixed to it.
     self_absorption: SelfAbsorption {
@@ -193,9 +220,9 @@ injected_effects! {
         /// C of its middle, degrees.
         azimuth_deg = 0.0,
         /// γ of its middle, degrees.
-        gamma_deg = 45.0,
+        gamma_deg = 45.0 => 0.0..=89.0,
         /// Full width at half depth, degrees, as seen from the light centre.
-        width_deg = 20.0,
+        width_deg = 20.0 => 1e-9..=360.0,
     }
     /// Partly polarized light on a meter that prefers one polarization.
     polarization: Polarization {
@@ -226,7 +253,7 @@ injected_effects! {
     /// The lamp's lumens per watt differ from those of the spectrum that was measured.
     ler_scale: LerScale {
         /// True luminous efficacy over that of the spectrum.
-        factor = 1.0,
+        factor = 1.0 => 1e-9..=1e6,
     }
     /// Absorption along the path, Beer–Lambert.
     air_absorption: AirAbsorption {
@@ -287,9 +314,9 @@ injected_effects! {
     /// Glass plates before the sensor, with all reflections between their faces.
     cover_glass: CoverGlass {
         /// Number of plates.
-        plates = 0.0,
+        plates = 0.0 => 0.0..=100.0,
         /// Refractive index.
-        index = 1.52,
+        index = 1.52 => 1.0..=4.0,
     }
     /// Response of the pixel over the angle of incidence: exp(−coefficient · tan²θ).
     pixel_angular: PixelAngular {
@@ -299,7 +326,7 @@ injected_effects! {
     /// Loss towards the rim of the sensor, as cos⁴ of a chief-ray angle.
     vignetting: Vignetting {
         /// Relative loss at half the sensor's width.
-        coefficient_rel = 0.0,
+        coefficient_rel = 0.0 => -0.9..=0.9,
     }
     /// Responsivity that rises across the sensor.
     prnu_gradient: PrnuGradient {
@@ -313,7 +340,7 @@ injected_effects! {
         /// Relative amplitude.
         amplitude_rel = 0.0,
         /// Period, mm on the sensor.
-        period_mm = 8.0,
+        period_mm = 8.0 => 1e-9..=1e5,
         /// Phase at y = 0, rad.
         phase_rad = 0.0,
     }
@@ -326,7 +353,7 @@ injected_effects! {
         /// Its place, mm.
         y_mm = 0.0,
         /// Its standard deviation, mm.
-        width_mm = 3.0,
+        width_mm = 3.0 => 1e-9..=1e5,
     }
     /// The shutter is open longer than stated.
     exposure_offset: ExposureOffset {

@@ -73,11 +73,11 @@ impl Instrument {
             .to_ascii_uppercase()
             .contains(&manners.identity.to_ascii_uppercase())
         {
-            return Err(DeviceError::Unsupported {
-                device: self.name().to_owned(),
-                action: "use this profile".to_owned(),
-                reason: format!("the instrument is \"{reply}\", the profile is for {}", manners.identity),
-            });
+            return Err(DeviceError::unsupported(
+                self.name(),
+                "use this profile",
+                format!("the instrument is \"{reply}\", the profile is for {}", manners.identity),
+            ));
         }
         let fields: Vec<&str> = reply.split(',').map(str::trim).collect();
         self.identity.model = fields.iter().take(2).copied().collect::<Vec<_>>().join(" ");
@@ -167,12 +167,12 @@ impl Instrument {
         sent.map_err(|error| error.during(self.name(), message))?;
         match self.queued().await?.first() {
             None => Ok(()),
-            Some(error) => Err(DeviceError::Refused {
-                device: self.name().to_owned(),
-                action: message.to_owned(),
-                reason: format!("error {}, {}", error.code, error.text),
-                frame: Vec::new(),
-            }),
+            Some(error) => Err(DeviceError::refused(
+                self.name(),
+                message,
+                format!("error {}, {}", error.code, error.text),
+                Vec::new(),
+            )),
         }
     }
 
@@ -204,11 +204,6 @@ impl Instrument {
     }
 
     pub fn fault(&self, action: &str, reason: String, evidence: Vec<u8>) -> DeviceError {
-        DeviceError::Fault {
-            device: self.name().to_owned(),
-            action: action.to_owned(),
-            reason,
-            evidence,
-        }
+        DeviceError::fault(self.name(), action, reason, evidence)
     }
 }

@@ -11,8 +11,8 @@ use isolux_device::{DeviceError, LuxOutcome, LuxReading, LuxSample, awake};
 use isolux_transport::{BusError, TRIES, worth_another_try};
 use tokio::time::{Instant, sleep, sleep_until};
 
+use crate::connected::Connected;
 use crate::language::{Converts, Failure, Language};
-use crate::meter::Meter;
 
 /// Exchanges of one reading within which two in a row must agree.
 const MOST_EXCHANGES: usize = 12;
@@ -65,7 +65,7 @@ impl State {
 
     /// Whether bytes have arrived that answer no request. They discard what was read: any answer since may be an old
     /// one.
-    fn surplus<L: Language>(&mut self, meter: &Meter<L>) -> bool {
+    fn surplus<L: Language>(&mut self, meter: &Connected<L>) -> bool {
         let unsolicited = meter.link.bus.unsolicited();
         let surplus = unsolicited != self.unsolicited;
         if surplus {
@@ -80,7 +80,11 @@ impl State {
 
     /// The next conversion, confirmed by nothing; see [`isolux_device::LuxMeter::sample`]. Nobody watches the line
     /// after it: what arrives too much is seen before the next one.
-    pub async fn sample<L: Language>(&mut self, meter: &Meter<L>, deadline: Instant) -> Result<LuxSample, DeviceError> {
+    pub async fn sample<L: Language>(
+        &mut self,
+        meter: &Connected<L>,
+        deadline: Instant,
+    ) -> Result<LuxSample, DeviceError> {
         // It is of another light than what is read at rest.
         self.earlier.clear();
         if self.in_doubt {
@@ -123,7 +127,11 @@ impl State {
     }
 
     /// One reading asked for and answered, and the line watched for as long as a second answer could come.
-    async fn exchange<L: Language>(&mut self, meter: &Meter<L>, deadline: Instant) -> Result<Exchange, DeviceError> {
+    async fn exchange<L: Language>(
+        &mut self,
+        meter: &Connected<L>,
+        deadline: Instant,
+    ) -> Result<Exchange, DeviceError> {
         let line = meter.link.bus.exclusive(deadline).await;
         let line = line.map_err(|error| error.during(&meter.link.name, "read"))?;
         // Another device may have had its turn in between.
@@ -148,20 +156,22 @@ impl State {
             reading,
         })
     }
-}
 
-impl<L: Language> Meter<L> {
     /// A reading of light after `not_before` that two exchanges agree on; see [`isolux_device::LuxMeter::read`].
-    pub async fn confirmed(&self, not_before: Instant, mut deadline: Instant) -> Result<LuxReading, DeviceError> {
+    pub async fn confirmed<L: Language>(
+        &mut self,
+        meter: &Connected<L>,
+        not_before: Instant,
+        mut deadline: Instant,
+    ) -> Result<LuxReading, DeviceError> {
         let began = Instant::now();
         let patience = deadline.saturating_duration_since(began);
-        let mut state = self.state.lock().await;
         let (mut damaged, mut exchanges) = (0, 0);
         let mut disagreed: Option<LuxReading> = None;
         loop {
-            state.surplus(self);
-            let (interval, reach) = (self.language.timing().interval(), self.reach());
-            let fresh = match state.requested {
+            self.surplus(meter);
+            let (interval, reach) = (meter.language.timing().interval(), meter.reach());
+            let fresh = match self.requested {
                 Some(requested) if !interval.is_zero() => requested + interval + MARGIN,
                 _ => began,
             };
@@ -171,7 +181,7 @@ impl<L: Language> Meter<L> {
             if late && awake::missed(deadline) && !patience.is_zero() {
                 // Nobody waited for the meter meanwhile; what it said before may be of another light.
                 deadline = Instant::now() + patience;
-                state.forget();
+                self.forget();
                 continue;
             }
             if let Some(reading) = disagreed.take_if(|_| late || exchanges >= MOST_EXCHANGES) {
@@ -180,38 +190,39 @@ impl<L: Language> Meter<L> {
             if late {
                 sleep_until(deadline).await;
                 let (waited, received) = (began.elapsed(), Vec::new());
-                return Err(BusError::Timeout { waited, received }.during(&self.link.name, "read"));
+                return Err(BusError::Timeout { waited, received }.during(&meter.link.name, "read"));
             }
-            let tried = if state.in_doubt {
+            let tried = if self.in_doubt {
                 // The meter answers in order: an answer of another kind proves that no reading is still on its way.
-                let Some(proved) = awake::until(deadline, self.language.put_in_step(&self.link, deadline)).await else {
+                let Some(proved) = awake::until(deadline, meter.language.put_in_step(&meter.link, deadline)).await
+                else {
                     continue;
                 };
                 if proved.is_ok() {
-                    state.in_doubt = false;
-                    state.unsolicited = self.link.bus.unsolicited();
+                    self.in_doubt = false;
+                    self.unsolicited = meter.link.bus.unsolicited();
                 }
                 proved.map(|()| None)
             } else {
                 sleep_until(at).await;
                 // Bytes that came while nothing was asked: the line is not in step with the requests.
-                if state.surplus(self) {
+                if self.surplus(meter) {
                     continue;
                 }
-                state.exchange(self, deadline).await.map(Some)
+                self.exchange(meter, deadline).await.map(Some)
             };
             let error = match tried {
                 Ok(None) => continue,
                 Ok(Some(exchange)) => {
                     exchanges += 1;
                     // Those before count if their light, too, fell after `not_before`.
-                    state.earlier.retain(|before| before.requested >= not_before + reach);
-                    let confirmed_by = exchange.confirmed(&state.earlier).map(|by| by.reading.outcome);
-                    let (alone, mut reading) = (state.earlier.is_empty(), exchange.reading.clone());
+                    self.earlier.retain(|before| before.requested >= not_before + reach);
+                    let confirmed_by = exchange.confirmed(&self.earlier).map(|by| by.reading.outcome);
+                    let (alone, mut reading) = (self.earlier.is_empty(), exchange.reading.clone());
                     reading.retries = damaged;
-                    state.earlier.push(exchange);
-                    if state.earlier.len() > 2 {
-                        state.earlier.remove(0);
+                    self.earlier.push(exchange);
+                    if self.earlier.len() > 2 {
+                        self.earlier.remove(0);
                     }
                     if confirmed_by.is_some() {
                         return Ok(LuxReading {
@@ -228,7 +239,7 @@ impl<L: Language> Meter<L> {
                 }
                 Err(error) => error,
             };
-            state.earlier.clear();
+            self.earlier.clear();
             damaged += 1;
             if damaged >= TRIES || !worth_another_try(error.kind()) {
                 return Err(error);

@@ -275,26 +275,12 @@ impl<C: Conversation<Request: Clone + PartialEq + Sync, Answer: Sync>> Link<C> {
 
     /// A [`Failure`] as the error of an action.
     pub fn failure(&self, action: &str, failure: Failure, frame: Vec<u8>) -> DeviceError {
-        let (device, action) = (self.name.clone(), action.to_owned());
+        let device = &self.name;
         match failure {
-            Failure::Malformed(reason) => BusError::Malformed { reason, frame }.during(&device, &action),
-            Failure::Refused(reason) => DeviceError::Refused {
-                device,
-                action,
-                reason,
-                frame,
-            },
-            Failure::Fault(reason) => DeviceError::Fault {
-                device,
-                action,
-                reason,
-                evidence: frame,
-            },
-            Failure::NoLuxMeter(reason) => DeviceError::Unsupported {
-                device,
-                action: "measure illuminance".to_owned(),
-                reason,
-            },
+            Failure::Malformed(reason) => BusError::Malformed { reason, frame }.during(device, action),
+            Failure::Refused(reason) => DeviceError::refused(device, action, reason, frame),
+            Failure::Fault(reason) => DeviceError::fault(device, action, reason, frame),
+            Failure::NoLuxMeter(reason) => DeviceError::unsupported(device, "measure illuminance", reason),
         }
     }
 }

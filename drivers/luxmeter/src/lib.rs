@@ -2,6 +2,7 @@
 
 mod ascii;
 mod confirmed;
+mod connected;
 mod language;
 mod mavo;
 mod meter;

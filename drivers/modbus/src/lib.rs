@@ -178,11 +178,7 @@ impl Unit {
     /// # Errors
     /// [`Unsupported`](DeviceError::Unsupported) for what no frame can ask.
     pub fn request(&self, ask: Ask, action: &str) -> Result<Request, DeviceError> {
-        Request::new(self.unit, ask).map_err(|error| DeviceError::Unsupported {
-            device: self.name.clone(),
-            action: action.to_owned(),
-            reason: error.to_string(),
-        })
+        Request::new(self.unit, ask).map_err(|error| DeviceError::unsupported(&self.name, action, error.to_string()))
     }
 
     /// The registers of an answer.
@@ -200,33 +196,17 @@ impl Unit {
         let Reply { outcome, frame } = reply;
         match outcome {
             Ok(data) => Ok((data, frame)),
-            Err(exception) => Err(DeviceError::Refused {
-                device: self.name.clone(),
-                action: action.to_owned(),
-                reason: exception.to_string(),
-                frame,
-            }),
+            Err(exception) => Err(DeviceError::refused(&self.name, action, exception.to_string(), frame)),
         }
     }
 
     /// A [`DeviceError::Malformed`] of this unit.
     pub fn malformed(&self, action: &str, reason: &str, frame: Vec<u8>) -> DeviceError {
-        let (device, action, reason) = (self.name.clone(), action.to_owned(), reason.to_owned());
-        DeviceError::Malformed {
-            device,
-            action,
-            reason,
-            frame,
-        }
+        DeviceError::malformed(&self.name, action, reason, frame)
     }
 
     /// A [`DeviceError::Fault`] of this unit.
     pub fn fault(&self, action: &str, reason: impl Into<String>, evidence: Vec<u8>) -> DeviceError {
-        DeviceError::Fault {
-            device: self.name.clone(),
-            action: action.to_owned(),
-            reason: reason.into(),
-            evidence,
-        }
+        DeviceError::fault(&self.name, action, reason, evidence)
     }
 }

@@ -104,12 +104,6 @@ impl Line {
     }
 
     pub fn fault(&self, reason: &str, evidence: &[u8]) -> DeviceError {
-        let (device, action) = (self.name.clone(), "read the instrument".to_owned());
-        DeviceError::Fault {
-            device,
-            action,
-            reason: reason.to_owned(),
-            evidence: evidence.to_vec(),
-        }
+        DeviceError::fault(&self.name, "read the instrument", reason, evidence.to_vec())
     }
 }

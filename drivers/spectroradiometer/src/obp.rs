@@ -131,11 +131,11 @@ impl OceanObp {
             .flatten()
             .and_then(|address| address.serial);
         if let Some(wanted) = wanted.filter(|wanted| *wanted != serial) {
-            return Err(DeviceError::Unsupported {
-                device: line.name,
-                action: "use this instrument".to_owned(),
-                reason: format!("its serial number is {serial}, not {wanted}"),
-            });
+            return Err(DeviceError::unsupported(
+                &line.name,
+                "use this instrument",
+                format!("its serial number is {serial}, not {wanted}"),
+            ));
         }
         let wavelength = line.coefficients(Request::WavelengthCount, Request::Wavelength).await?;
         let wavelength_nm: Vec<f64> = (0..PIXELS).map(|pixel| polynomial(&wavelength, pixel as f64)).collect();
@@ -302,11 +302,11 @@ impl Spectroradiometer for OceanObp {
             .ok()
             .filter(|_| (shortest..=longest).contains(&time))
         else {
-            return Err(DeviceError::Unsupported {
-                device: self.line.name.clone(),
-                action: format!("integrate for {time:?}"),
-                reason: format!("the integration time is {shortest:?} to {longest:?}"),
-            });
+            return Err(DeviceError::unsupported(
+                &self.line.name,
+                format!("integrate for {time:?}"),
+                format!("the integration time is {shortest:?} to {longest:?}"),
+            ));
         };
         let mut integration = self.integration.lock().await;
         self.line.command(Request::SetIntegration(us)).await?;

@@ -131,11 +131,7 @@ impl OceanOoi {
                 "{} pixels and trigger mode {}: not a USB2000+ or Flame-S in free run",
                 status.pixels, status.trigger
             );
-            return Err(DeviceError::Unsupported {
-                device: line.name,
-                action: "use this instrument".to_owned(),
-                reason,
-            });
+            return Err(DeviceError::unsupported(&line.name, "use this instrument", reason));
         }
         let stored = Stored::read_twice(&line).await?.checked(&line)?;
         // The descriptors of some have no serial number, so it was not known which one was opened.
@@ -145,11 +141,11 @@ impl OceanOoi {
             .and_then(|address| address.serial);
         if let Some(wanted) = wanted.filter(|wanted| Some(wanted) != stored.serial.as_ref()) {
             let found = stored.serial.as_deref().unwrap_or("none");
-            return Err(DeviceError::Unsupported {
-                device: line.name,
-                action: "use this instrument".to_owned(),
-                reason: format!("its serial number is {found}, not {wanted}"),
-            });
+            return Err(DeviceError::unsupported(
+                &line.name,
+                "use this instrument",
+                format!("its serial number is {found}, not {wanted}"),
+            ));
         }
         let identity = Identity {
             driver: NAME,
@@ -265,11 +261,7 @@ impl Spectroradiometer for OceanOoi {
             .filter(|_| (shortest..=longest).contains(&time))
         else {
             let reason = format!("the integration time is {shortest:?} to {longest:?}");
-            return Err(DeviceError::Unsupported {
-                device: self.line.name.clone(),
-                action,
-                reason,
-            });
+            return Err(DeviceError::unsupported(&self.line.name, action, reason));
         };
         // The instrument counts whole microseconds; a part of one is neither set nor read back.
         let time = Duration::from_micros(u64::from(us));
@@ -331,12 +323,12 @@ impl Spectroradiometer for OceanOoi {
                 }
             }
         }
-        Err(DeviceError::Malformed {
-            device: self.line.name.clone(),
-            action: "spectrum".to_owned(),
-            reason: format!("of {MOST_EXPOSURES} exposures no two in a row agree; of the last two: {disagreement}"),
-            frame: Vec::new(),
-        })
+        Err(DeviceError::malformed(
+            &self.line.name,
+            "spectrum",
+            format!("of {MOST_EXPOSURES} exposures no two in a row agree; of the last two: {disagreement}"),
+            Vec::new(),
+        ))
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod inspection;
 mod mismatch;
+mod ray_quantities;
 pub(crate) mod rays;
 mod read;
 mod source;
@@ -15,7 +16,7 @@ use self::source::OpenFile;
 
 pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;
-pub use rays::RayQuantities;
+pub use ray_quantities::RayQuantities;
 pub use read::read;
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.

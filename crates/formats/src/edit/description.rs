@@ -2,9 +2,10 @@
 
 use serde_json::json;
 
-use crate::distribution::{Distribution, Luminaire};
+use crate::distribution::Distribution;
 use crate::eulumdat::fields::{Field, HEADER, SET, Value};
 use crate::finding::Finding;
+use crate::luminaire::Luminaire;
 use crate::number;
 
 impl Distribution {

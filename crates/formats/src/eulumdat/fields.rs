@@ -1,7 +1,7 @@
 //! The fields of the header: one table that reading, writing, JSON, edits and conversions to other formats go by.
 
 use super::document::{Header, LampSet};
-use crate::distribution::Luminaire;
+use crate::luminaire::Luminaire;
 use crate::parsed::Format;
 
 /// A field of the header, or of a set of lamps.

@@ -9,6 +9,7 @@ mod expand;
 pub(crate) mod fields;
 mod from_distribution;
 mod header;
+mod json;
 mod layout;
 mod light;
 mod read;

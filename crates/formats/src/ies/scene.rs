@@ -9,8 +9,8 @@ use super::photometry::Photometry;
 use super::preamble::{Preamble, Tilt};
 use super::shape::{self, Shape};
 use super::tilt::TiltFactors;
-use crate::distribution::Luminaire;
 use crate::finding::{Finding, Findings};
+use crate::luminaire::Luminaire;
 use crate::text::Text;
 
 /// What was read, for the parts that are put together from it.

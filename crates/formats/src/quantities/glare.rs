@@ -256,7 +256,7 @@ fn interpolate(grid: &[f64; 10], values: &[f64; 10], x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distribution::Luminaire;
+    use crate::luminaire::Luminaire;
     use isolux_photometry::{IntensityDistribution, Symmetry};
 
     #[test]

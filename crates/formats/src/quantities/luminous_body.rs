@@ -1,6 +1,6 @@
 //! The luminous opening as a body: its extents, its sides, and where it is round.
 
-use crate::distribution::{Luminaire, face};
+use crate::luminaire::{Luminaire, face};
 
 /// Where the luminous opening is round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

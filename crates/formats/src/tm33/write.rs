@@ -4,10 +4,10 @@ use isolux_photometry::Symmetry;
 use serde_json::Value;
 
 use crate::distribution::Distribution;
-use crate::distribution::Luminaire;
 use crate::finding::{Finding, Findings};
 use crate::ies;
 use crate::lost::with_losses;
+use crate::luminaire::Luminaire;
 use crate::number;
 use crate::options::WriteOptions;
 use crate::parsed::{Format, Written};

@@ -2,8 +2,8 @@
 
 use camino::Utf8Path;
 
-use super::error::{ObservationError, Problem};
-use super::table::read_bytes;
+use crate::table::read_bytes;
+use crate::table::{ObservationError, Problem};
 
 /// The values of an image row by row, `bins` = [width, height].
 pub(super) fn read_image(path: &Utf8Path, bins: [usize; 2]) -> Result<Vec<f64>, ObservationError> {

@@ -5,7 +5,7 @@ mod read;
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::Deserialize;
 
-use super::error::{ObservationError, Problem};
+use crate::table::{ObservationError, Problem};
 
 /// The unit of a map's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]

@@ -3,18 +3,16 @@
 //! A file of observations is also a file of coordinates: with [`Need::Coordinates`] the measured values may be absent,
 //! because `predict` asks only *where* something would be read.
 
-mod error;
 mod image;
 mod maps;
 mod need;
 mod pair;
 mod readings;
 mod spectra;
-mod table;
 
 use camino::Utf8Path;
 
-pub use error::{ObservationError, Problem};
+pub use crate::table::{ObservationError, Problem};
 pub use maps::{Cell, MapPose, MapSet, MapUnit};
 pub use need::Need;
 pub use pair::OneOrTwo;
@@ -49,8 +47,8 @@ pub fn open(path: &Utf8Path, need: Need) -> Result<Observations, ObservationErro
     }
     match path.extension() {
         Some("toml") => {
-            let text = table::read_text(path)?;
-            let document: toml::Table = table::parse_toml(path, &text)?;
+            let text = crate::table::read_text(path)?;
+            let document: toml::Table = crate::table::parse_toml(path, &text)?;
             if document.contains_key("map") || document.contains_key("sensor_mm") {
                 MapSet::open(path, need).map(Observations::Maps)
             } else if document.contains_key("format") {

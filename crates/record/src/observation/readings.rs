@@ -4,12 +4,11 @@ use std::collections::HashMap;
 
 use camino::{Utf8Path, Utf8PathBuf};
 
-use super::error::{ObservationError, Problem};
 use super::need::Need;
-use super::table::{Fields, Table, read_text};
-use crate::readings::Layout;
+use crate::readings::{Layout, NAMES};
 use crate::run::Run;
 use crate::run::axis::Axis;
+use crate::table::{Fields, ObservationError, Problem, Table, read_text};
 use crate::{Quality, ReadingKind};
 
 /// Where, when and how a reading was taken: all that a prediction needs.
@@ -72,21 +71,8 @@ pub struct Readings {
     notices: Vec<String>,
 }
 
-const COORDINATES: [&str; 10] = [
-    "index",
-    "block",
-    "kind",
-    "time_s",
-    "c_deg",
-    "gamma_deg",
-    "distance_mm",
-    "travel",
-    "range",
-    "ambient_c",
-];
-const NEEDED: &str =
-    "index, block, kind, time_s, c_deg, gamma_deg, distance_mm, travel, range, ambient_c, illuminance_lx, u_lx";
-const NEEDED_TO_PREDICT: &str = "index, block, kind, time_s, c_deg, gamma_deg, distance_mm, travel, range, ambient_c";
+/// The columns that say where and when: the first of those of a run.
+const COORDINATES: usize = 10;
 
 impl Readings {
     /// Readings that are in no file.
@@ -144,34 +130,21 @@ impl Readings {
 
     fn parse(path: &Utf8Path, text: &str, need: Need, torn_tail: bool) -> Result<Self, ObservationError> {
         let table = Table::parse(path, text, torn_tail)?;
-        let (values, needed): (&[&'static str], _) = match need {
-            Need::Values => (&["illuminance_lx", "u_lx"], NEEDED),
-            Need::Coordinates => (&[], NEEDED_TO_PREDICT),
+        let values: &[&str] = match need {
+            Need::Values => &["illuminance_lx", "u_lx"],
+            Need::Coordinates => &[],
         };
-        let columns = table.columns_with(path, &[&COORDINATES, values].concat(), needed)?;
+        let columns = table.columns_with(path, &[&NAMES[..COORDINATES], values].concat())?;
         let checksum_is_last = table.header.last().is_some_and(|name| name == "row_crc");
-        let mut rows = Vec::with_capacity(table.rows.len());
+        let mut rows = Vec::new();
         let mut lines_of: HashMap<i64, u64> = HashMap::new();
-        for (row, (line, fields)) in table.rows.iter().enumerate() {
-            let fields = Fields {
-                path,
-                line: *line,
-                columns: &columns,
-                fields,
-            };
+        for fields in table.rows(path, &columns) {
             if checksum_is_last {
-                let found = fields.text("row_crc");
-                let computed = format!("{:08x}", crc32fast::hash(table.before_last[row].as_bytes()));
-                if found != computed {
-                    return Err(fields.error(Problem::Checksum {
-                        found: found.to_owned(),
-                        computed,
-                    }));
-                }
+                fields.checked()?;
             }
             let parsed = parse_row(&fields, need)?;
             if let Some(index) = parsed.index
-                && let Some(first) = lines_of.insert(index, *line)
+                && let Some(first) = lines_of.insert(index, fields.line())
             {
                 return Err(fields.error(Problem::Duplicate {
                     what: format!("index {index}"),
@@ -184,10 +157,12 @@ impl Readings {
             return Err(ObservationError::new(path, None, Problem::NoRows("readings")));
         }
         if columns.contains_key("burning") && !columns.contains_key("lamp_s") {
-            place(&mut rows, &table, columns["burning"]);
+            let burning = table
+                .rows(path, &columns)
+                .map(|fields| fields.text("burning").parse().ok());
+            place(&mut rows, &burning.collect::<Vec<_>>());
         }
-        let header = table.header.clone();
-        let text = table.rows.into_iter().map(|(_, fields)| fields).collect();
+        let (header, text) = table.into_text();
         Ok(Self {
             path: path.to_owned(),
             header,
@@ -243,63 +218,32 @@ impl Readings {
 
 /// Readings of a run of format 3 without their run.toml: their times are those of the lamp, which begin anew with
 /// every burning.
-fn place(rows: &mut [ReadingRow], table: &Table, burning: usize) {
+fn place(rows: &mut [ReadingRow], burnings: &[Option<u32>]) {
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by_key(|&row| rows[row].index);
     let mut axis = Axis::default();
     for row in order {
-        let burning = table.rows[row].1[burning].parse().ok();
         let at = &mut rows[row].at;
         at.lamp_s = at.time_s;
-        at.time_s = Some(axis.next(burning, at.lamp_s, 0.0, None));
+        at.time_s = Some(axis.next(burnings[row], at.lamp_s, 0.0, None));
     }
 }
 
 fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationError> {
-    let word = fields.text("kind");
-    let kind: ReadingKind = word.parse().map_err(|_| {
-        let expected = "lit, baffled, lamp_off, capped";
-        fields.error(Problem::UnknownWord {
-            column: "kind",
-            found: word.to_owned(),
-            expected,
-        })
-    })?;
+    let kind = fields.word("kind")?;
     let quality = match fields.text("quality") {
         "" => Quality::Ok,
-        word => word.parse().map_err(|_| {
-            let expected = "ok, over_range, under_range, failed";
-            fields.error(Problem::UnknownWord {
-                column: "quality",
-                found: word.to_owned(),
-                expected,
-            })
-        })?,
+        _ => fields.word("quality")?,
     };
-    let gamma_deg = fields.number("gamma_deg")?;
-    if !(-180.0..=180.0).contains(&gamma_deg) {
-        let problem = Problem::OutOfRange {
-            column: "gamma_deg",
-            found: gamma_deg,
-            expected: "between -180 and 180",
-        };
-        return Err(fields.error(problem));
-    }
+    let gamma_deg = fields.within("gamma_deg", -180.0, 180.0, "between -180 and 180")?;
     let travel = fields.whole("travel")?.unwrap_or(0);
-    if !(-1..=1).contains(&travel) {
-        let problem = Problem::OutOfRange {
-            column: "travel",
-            found: travel as f64,
-            expected: "-1, 0 or 1",
-        };
-        return Err(fields.error(problem));
-    }
+    fields.require((-1..=1).contains(&travel), "travel", travel as f64, "-1, 0 or 1")?;
     let (illuminance_lx, u_lx) = match (need, quality) {
         (Need::Values, Quality::Ok) => (Some(fields.number("illuminance_lx")?), Some(fields.positive("u_lx")?)),
         (Need::Values | Need::Coordinates, _) => (None, None),
     };
     Ok(ReadingRow {
-        line: fields.line,
+        line: fields.line(),
         index: fields.whole("index")?,
         block: fields.text("block").to_owned(),
         at: ReadingCoordinates {

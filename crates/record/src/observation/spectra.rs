@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::Deserialize;
 
-use super::error::{ObservationError, Problem};
 use super::need::Need;
-use super::table::{Fields, Table, parse_toml, read_text};
 use crate::ReadingKind;
-use crate::document::{Fault, SourceText};
+use crate::document::Fault;
+use crate::document::bounds::within;
+use crate::table::{ObservationError, Problem};
+use crate::table::{Table, parse_toml, read_text, wrong_key};
 
 /// One wavelength of one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +79,17 @@ struct Document {
     u: SharedErrors,
 }
 
+impl Document {
+    fn check(&self) -> Result<(), Fault> {
+        within("distance_mm", self.distance_mm, 1e-3..=1e6, " mm")?;
+        within("c_deg", self.c_deg, -720.0..=720.0, "°")?;
+        within("gamma_deg", self.gamma_deg, -360.0..=360.0, "°")?;
+        within("u.gain_rel", self.u.gain_rel, 0.0..=10.0, " (a fraction)")?;
+        within("u.shape_rel", self.u.shape_rel, 0.0..=10.0, " (a fraction)")?;
+        within("u.wavelength_nm", self.u.wavelength_nm, 0.0..=1000.0, " nm")
+    }
+}
+
 impl SpectraSet {
     /// Spectra from `spectra.toml` and the CSV of the same name beside it.
     ///
@@ -86,86 +98,20 @@ impl SpectraSet {
     pub fn open(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
         let text = read_text(path)?;
         let document: Document = parse_toml(path, &text)?;
-        for (column, value, low, high, expected) in [
-            (
-                "distance_mm",
-                document.distance_mm,
-                1e-3,
-                1e6,
-                "within 0.001 to 1000000",
-            ),
-            ("c_deg", document.c_deg, -720.0, 720.0, "within -720 to 720"),
-            ("gamma_deg", document.gamma_deg, -360.0, 360.0, "within -360 to 360"),
-            (
-                "u.gain_rel",
-                document.u.gain_rel.unwrap_or(0.0),
-                0.0,
-                10.0,
-                "within 0 to 10",
-            ),
-            (
-                "u.shape_rel",
-                document.u.shape_rel.unwrap_or(0.0),
-                0.0,
-                10.0,
-                "within 0 to 10",
-            ),
-            (
-                "u.wavelength_nm",
-                document.u.wavelength_nm.unwrap_or(0.0),
-                0.0,
-                1000.0,
-                "within 0 to 1000",
-            ),
-        ] {
-            if !(low..=high).contains(&value) {
-                let at = SourceText {
-                    file: path,
-                    text: &text,
-                }
-                .locate(&Fault::new(column, ""));
-                return Err(ObservationError::new(
-                    path,
-                    at.line.map(|line| line as u64),
-                    Problem::OutOfRange {
-                        column,
-                        found: value,
-                        expected,
-                    },
-                ));
-            }
-        }
+        document.check().map_err(wrong_key(path, &text))?;
         let csv_path = path.with_extension("csv");
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
         let values: &[&'static str] = if need == Need::Values { &["value", "u"] } else { &[] };
-        let columns = table.columns_with(
-            &csv_path,
-            &[&["index", "kind", "wavelength_nm"], values].concat(),
-            "index, kind, wavelength_nm, value, u",
-        )?;
-        let mut rows = Vec::with_capacity(table.rows.len());
+        let columns = table.columns_with(&csv_path, &[&["index", "kind", "wavelength_nm"], values].concat())?;
+        let mut rows = Vec::new();
         let mut seen: HashMap<(i64, ReadingKind, u64), u64> = HashMap::new();
-        for (line, fields) in &table.rows {
-            let fields = Fields {
-                path: &csv_path,
-                line: *line,
-                columns: &columns,
-                fields,
-            };
-            let word = fields.text("kind");
-            let kind: ReadingKind = word.parse().map_err(|_| {
-                let expected = "lit, baffled, lamp_off, capped";
-                fields.error(Problem::UnknownWord {
-                    column: "kind",
-                    found: word.to_owned(),
-                    expected,
-                })
-            })?;
+        for fields in table.rows(&csv_path, &columns) {
+            let kind = fields.word("kind")?;
             let index = fields
                 .whole("index")?
                 .ok_or_else(|| fields.error(Problem::Empty("index")))?;
             let wavelength_nm = fields.positive("wavelength_nm")?;
-            if let Some(first) = seen.insert((index, kind, wavelength_nm.to_bits()), *line) {
+            if let Some(first) = seen.insert((index, kind, wavelength_nm.to_bits()), fields.line()) {
                 let what = format!("{wavelength_nm} nm of spectrum {index}");
                 return Err(fields.error(Problem::Duplicate { what, first }));
             }
@@ -174,7 +120,7 @@ impl SpectraSet {
                 Need::Coordinates => (None, None),
             };
             rows.push(SpectrumRow {
-                line: *line,
+                line: fields.line(),
                 index,
                 kind,
                 wavelength_nm,
@@ -185,7 +131,7 @@ impl SpectraSet {
         if rows.is_empty() {
             return Err(ObservationError::new(&csv_path, None, Problem::NoRows("spectra")));
         }
-        let text = table.rows.into_iter().map(|(_, fields)| fields).collect();
+        let (header, text) = table.into_text();
         Ok(Self {
             path: csv_path,
             quantity: document.quantity,
@@ -195,7 +141,7 @@ impl SpectraSet {
             gamma_deg: document.gamma_deg,
             instrument: document.instrument,
             shared: document.u,
-            header: table.header,
+            header,
             text,
             rows,
         })

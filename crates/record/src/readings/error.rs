@@ -5,14 +5,6 @@ use camino::Utf8PathBuf;
 /// A readings file that cannot be trusted.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReadingsError {
-    /// It cannot be read at all.
-    #[error("{file}: {message}")]
-    Io {
-        /// The file.
-        file: Utf8PathBuf,
-        /// What the system said.
-        message: String,
-    },
     /// Its first line is not the header of this version.
     #[error("{file}:1: not the header of a run's readings, found `{found}`")]
     Header {

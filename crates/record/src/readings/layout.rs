@@ -1,9 +1,6 @@
 //! The columns of a readings file, by its format.
 
-/// The header row. The first thirteen columns are the common ones of every readings file.
-pub const HEADER: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
-quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,voltage_v,current_a,power_w,power_factor,\
-session,burning,lamp_s,chain,row_crc";
+use super::columns::{HEADER, NAMES};
 
 /// Which columns a file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -32,10 +29,11 @@ impl Layout {
         }
     }
 
+    /// How many columns a row has, `chain` and `row_crc` among them.
     pub(super) const fn columns(self) -> usize {
         match self {
-            Self::V3 => 29,
-            Self::V4 => 30,
+            Self::V3 => NAMES.len() + 1,
+            Self::V4 => NAMES.len() + 2,
         }
     }
 }

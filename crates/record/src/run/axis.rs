@@ -1,7 +1,6 @@
 //! One axis of time over all sessions of a run: seconds since it began.
 
 use super::header::RunHeader;
-use super::read::Run;
 use crate::readings::Readings;
 
 /// Places rows that have the time since the lamp was switched on alone, one after the other in the order in which they
@@ -52,18 +51,4 @@ pub(super) fn place(header: &RunHeader, readings: &mut Readings) {
         let on_s = last_on_s.filter(|_| row.burning == Some(header.burnings));
         row.time_s = Some(axis.next(row.burning, row.lamp_s, began_s, on_s));
     }
-}
-
-/// Seconds since `run` began at which a session begins whose UTC is `utc`. What is recorded already was before it,
-/// whatever became of the clock of the computer.
-pub(super) fn next_session_s(run: &Run, utc: &str) -> f64 {
-    let rows = run.readings.rows.iter().filter_map(|row| row.time_s);
-    let spectra = run.spectra.iter().filter_map(|spectrum| spectrum.time_s);
-    let sweeps = run.sweeps.iter().flat_map(|sweep| &sweep.light);
-    let sweeps = sweeps.map(|sample| sample.answered_s);
-    let sessions = run.header.resumed.iter().filter_map(|session| session.start_s);
-    rows.chain(spectra)
-        .chain(sweeps)
-        .chain(sessions)
-        .fold(run.header.seconds(utc).unwrap_or(0.0).max(0.0), f64::max)
 }

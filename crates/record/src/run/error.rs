@@ -2,12 +2,12 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 
+use super::format::{FORMAT, FORMAT_3};
 use crate::disk::DiskError;
 use crate::document::DocumentError;
-use crate::readings::{Layout, ReadingsError};
+use crate::readings::Layout;
 use crate::run_lock::LOCK_FILE;
 use crate::spectra::SpectrumError;
-use crate::sweeps::SweepError;
 
 /// A run directory that cannot be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +29,17 @@ pub enum RunError {
     /// The system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
+    /// A run of a format that is read no more, or not yet.
+    #[error(
+        "{file}:1: the run has the format {found}; this program reads {FORMAT} and {FORMAT_3}. Reduce it with the \
+         version that wrote it (`program` in that file), or measure again"
+    )]
+    OtherFormat {
+        /// run.toml.
+        file: Utf8PathBuf,
+        /// Its format.
+        found: String,
+    },
     /// run.toml is not what this program wrote.
     #[error("{file} was changed or damaged after it was written: {what}; restore it from a copy")]
     HeaderChanged {
@@ -50,21 +61,15 @@ pub enum RunError {
     /// run.toml cannot be used.
     #[error(transparent)]
     Header(#[from] DocumentError),
-    /// The header could not be written as TOML.
-    #[error("run.toml: {0}")]
+    /// A header or a sweep could not be written as TOML.
+    #[error("cannot be written as TOML: {0}")]
     Serialise(#[from] toml::ser::Error),
     /// An event could not be written as JSON.
     #[error("events.jsonl: {0}")]
     Event(serde_json::Error),
-    /// readings.csv cannot be trusted.
-    #[error(transparent)]
-    Readings(#[from] ReadingsError),
     /// A spectrum cannot be used.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
-    /// A sweep cannot be used.
-    #[error(transparent)]
-    Sweep(#[from] SweepError),
     /// Another process has taken the folder over from this one.
     #[error("{path} was taken over by another process; this one writes nothing more to it")]
     TakenOver {

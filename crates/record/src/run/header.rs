@@ -6,9 +6,10 @@ use jiff::{SignedDuration, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use super::error::{RunError, vacant};
+use super::format::{FORMAT, FORMAT_3};
 use crate::disk::sha256;
 use crate::document::{SourceText, read_text};
-use crate::event::{Event, Logged};
+use crate::event::{Event, Logged, StopHow};
 use crate::plan::Plan;
 use crate::reading::Reading;
 use crate::readings::Layout;
@@ -16,12 +17,6 @@ use crate::spectra::SpectralCalibration;
 use crate::station::Station;
 use crate::subject::{Commission, Luminaire, Subject};
 use crate::sweeps::SweepEntry;
-
-/// Value of `format` in run.toml.
-pub const FORMAT: &str = "isolux-run/4";
-
-/// The format before: readings with the time since the lamp was switched on, and none on the axis of the run.
-pub const FORMAT_3: &str = "isolux-run/3";
 
 /// run.toml.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -169,28 +164,6 @@ pub struct Stopped {
     pub events_sha256: Option<String>,
 }
 
-/// How a run ended, in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StopHow {
-    /// Every point of the plan was read.
-    Completed,
-    /// A person or a signal asked for it.
-    Interrupted,
-    /// An instrument or the system failed.
-    Failed,
-}
-
-impl std::fmt::Display for StopHow {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Completed => "completed",
-            Self::Interrupted => "interrupted",
-            Self::Failed => "failed",
-        })
-    }
-}
-
 impl Stopped {
     /// How a run ended; what it holds is set by the record.
     pub fn new(utc: String, how: StopHow, message: String, axes_at_rest: bool) -> Self {
@@ -318,10 +291,22 @@ impl RunHeader {
         Ok(body + &check)
     }
 
-    /// Parses run.toml of any format.
+    /// Parses run.toml of either format.
     fn parse(file: &Utf8Path, text: &str) -> Result<Self, RunError> {
-        let is_old = text.starts_with(&format!("format = \"{FORMAT_3}\""));
-        let format = if is_old { FORMAT_3 } else { FORMAT };
+        let first = text.lines().next().unwrap_or_default();
+        let stated = first
+            .strip_prefix("format = \"")
+            .and_then(|rest| rest.strip_suffix('"'));
+        let format = match stated {
+            Some(FORMAT_3) => FORMAT_3,
+            Some(found) if found != FORMAT && found.starts_with("isolux-run/") => {
+                return Err(RunError::OtherFormat {
+                    file: file.to_owned(),
+                    found: found.to_owned(),
+                });
+            }
+            _ => FORMAT,
+        };
         let changed = |what: &str| RunError::HeaderChanged {
             file: file.to_owned(),
             what: what.to_owned(),

@@ -7,9 +7,9 @@ use camino::{Utf8Path, Utf8PathBuf};
 
 use super::axis;
 use super::error::RunError;
-use super::header::{RunHeader, SpectrumEntry, StopHow};
+use super::header::{RunHeader, SpectrumEntry};
 use crate::disk::{failed, lines, sha256};
-use crate::event::EVENTS_FILE;
+use crate::event::{EVENTS_FILE, StopHow};
 use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::readings;
 use crate::spectra::SpectrumRecord;
@@ -345,5 +345,19 @@ impl Run {
     /// [`RunError`] with file and line; [`RunError::Damaged`] for files that are not what was recorded.
     pub fn read(path: &Utf8Path) -> Result<Self, RunError> {
         Ok(Survey::of(path)?.whole()?.run)
+    }
+
+    /// Seconds since the run began at which a session begins whose UTC is `utc`. What is recorded already was before it,
+    /// whatever became of the clock of the computer.
+    pub(super) fn next_session_s(&self, utc: &str) -> f64 {
+        let rows = self.readings.rows.iter().filter_map(|row| row.time_s);
+        let spectra = self.spectra.iter().filter_map(|spectrum| spectrum.time_s);
+        let sweeps = self.sweeps.iter().flat_map(|sweep| &sweep.light);
+        let sweeps = sweeps.map(|sample| sample.answered_s);
+        let sessions = self.header.resumed.iter().filter_map(|session| session.start_s);
+        rows.chain(spectra)
+            .chain(sweeps)
+            .chain(sessions)
+            .fold(self.header.seconds(utc).unwrap_or(0.0).max(0.0), f64::max)
     }
 }

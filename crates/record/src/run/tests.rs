@@ -202,7 +202,6 @@ fn any_change_of_run_toml_is_refused() {
         text.replacen("saturation_counts = 32768.0", "saturation_counts = 32769.0", 1),
         text.replacen("readings = 5", "readings = 4", 1),
         text.replacen("isolux-run/4", "isolux-run/3", 1),
-        text.replacen("isolux-run/4", "isolux-run/1", 1),
         text[..text.rfind("[check]").unwrap()].to_owned(),
         text[..text.len() - 3].to_owned(),
     ] {
@@ -210,6 +209,27 @@ fn any_change_of_run_toml_is_refused() {
         std::fs::write(&file, &changed).unwrap();
         let stated = Run::read(&path).unwrap_err().to_string();
         assert!(stated.contains("run.toml"), "{stated}");
+    }
+}
+
+#[test]
+fn a_run_of_another_format_is_refused_with_what_to_do() {
+    let (_keep, path) = scratch();
+    completed(&path);
+    let file = path.join("run.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    for format in ["isolux-run/1", "isolux-run/2", "isolux-run/5"] {
+        std::fs::write(&file, text.replacen("isolux-run/4", format, 1)).unwrap();
+        let stated = Run::read(&path).unwrap_err().to_string();
+        let expected = format!("{file}:1: the run has the format {format}; this program reads isolux-run/4");
+        assert!(
+            stated.starts_with(&expected) && stated.contains("Reduce it with"),
+            "{stated}"
+        );
+        assert!(matches!(
+            RunDir::resume(&path, &header()),
+            Err(RunError::OtherFormat { .. })
+        ));
     }
 }
 

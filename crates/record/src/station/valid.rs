@@ -3,12 +3,15 @@
 //! The ranges are wide. They are no advice but a net: what lies outside was typed wrong, and would move, wait or
 //! multiply by what nobody meant.
 
+use std::ops::RangeInclusive;
+
 use super::document::{Axis, Bench, Lamp, LuxMeter, Rail, Spectroradiometer, StationDocument, Supply};
 use super::traceability;
 use crate::document::Fault;
+use crate::document::bounds::{above, within};
 
 /// Distances between the axes' crossing and a detector, in mm.
-const DISTANCE_MM: (f64, f64) = (1.0, 1e6);
+const DISTANCE_MM: RangeInclusive<f64> = 1.0..=1e6;
 
 /// What a bound of stray light is a fraction of.
 const STRAY: &str = " (a fraction of the direct light)";
@@ -39,7 +42,7 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
             ("powermeter.u_current_rel", meter.u_current_rel),
             ("powermeter.u_power_rel", meter.u_power_rel),
         ] {
-            optional(above, key, u, (0.0, MOST_U_REL), " (a fraction: 0.002 is 0.2 %)")?;
+            above(key, u, 0.0..=MOST_U_REL, " (a fraction: 0.002 is 0.2 %)")?;
         }
     }
     if let Some(supply) = &station.supply {
@@ -62,34 +65,44 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
 
 fn check_bench(bench: &Bench) -> Result<(), Fault> {
     distance("bench", bench.distance_mm, bench.u_distance_mm)?;
-    optional(above, "bench.u_gamma_deg", bench.u_gamma_deg, (0.0, 5.0), "°")?;
-    optional(within, "bench.floor_mm", bench.floor_mm, (1.0, 1e5), " mm")?;
+    above("bench.u_gamma_deg", bench.u_gamma_deg, 0.0..=5.0, "°")?;
+    within("bench.floor_mm", bench.floor_mm, 1.0..=1e5, " mm")?;
     // A bound may be zero: where it is known that there is nothing.
-    optional(within, "bench.stray_max_rel", bench.stray_max_rel, (0.0, 1.0), STRAY)?;
-    optional(within, "bench.ambient_max_lx", bench.ambient_max_lx, (0.0, 1e5), " lx")?;
-    optional(within, "bench.dark_max_lx", bench.dark_max_lx, (0.0, 1e5), " lx")
+    within("bench.stray_max_rel", bench.stray_max_rel, 0.0..=1.0, STRAY)?;
+    within("bench.ambient_max_lx", bench.ambient_max_lx, 0.0..=1e5, " lx")?;
+    within("bench.dark_max_lx", bench.dark_max_lx, 0.0..=1e5, " lx")
 }
 
 fn check_luxmeter(meter: &LuxMeter) -> Result<(), Fault> {
     driver_and_target("luxmeter.open", &meter.open)?;
-    within("luxmeter.calibration_factor", meter.calibration_factor, (1e-3, 1e3), "")?;
-    within("luxmeter.u_rel", meter.u_rel, (0.0, MOST_U_REL), FRACTION)?;
-    let key = "luxmeter.noise_rel";
-    optional(within, key, meter.noise_rel, (0.0, MOST_U_REL), " (a fraction)")?;
-    optional(within, "luxmeter.noise_lx", meter.noise_lx, (0.0, 1e3), " lx")
+    within("luxmeter.calibration_factor", meter.calibration_factor, 1e-3..=1e3, "")?;
+    within("luxmeter.u_rel", meter.u_rel, 0.0..=MOST_U_REL, FRACTION)?;
+    within("luxmeter.noise_rel", meter.noise_rel, 0.0..=MOST_U_REL, " (a fraction)")?;
+    within("luxmeter.noise_lx", meter.noise_lx, 0.0..=1e3, " lx")
 }
 
 fn check_spectroradiometer(spectro: &Spectroradiometer) -> Result<(), Fault> {
     driver_and_target("spectroradiometer.open", &spectro.open)?;
     distance("spectroradiometer", spectro.distance_mm, spectro.u_distance_mm)?;
-    let key = "spectroradiometer.u_rel";
-    optional(above, key, spectro.u_rel, (0.0, MOST_U_REL), FRACTION)?;
-    let key = "spectroradiometer.u_shape_rel";
-    optional(within, key, spectro.u_shape_rel, (0.0, MOST_U_REL), FRACTION)?;
-    let key = "spectroradiometer.u_wavelength_nm";
-    optional(within, key, spectro.u_wavelength_nm, (0.0, 50.0), " nm")?;
-    let key = "spectroradiometer.stray_max_rel";
-    optional(within, key, spectro.stray_max_rel, (0.0, 1.0), STRAY)
+    above("spectroradiometer.u_rel", spectro.u_rel, 0.0..=MOST_U_REL, FRACTION)?;
+    within(
+        "spectroradiometer.u_shape_rel",
+        spectro.u_shape_rel,
+        0.0..=MOST_U_REL,
+        FRACTION,
+    )?;
+    within(
+        "spectroradiometer.u_wavelength_nm",
+        spectro.u_wavelength_nm,
+        0.0..=50.0,
+        " nm",
+    )?;
+    within(
+        "spectroradiometer.stray_max_rel",
+        spectro.stray_max_rel,
+        0.0..=1.0,
+        STRAY,
+    )
 }
 
 fn check_lamp(lamp: &Lamp, supply: Option<&Supply>) -> Result<(), Fault> {
@@ -104,64 +117,29 @@ fn check_lamp(lamp: &Lamp, supply: Option<&Supply>) -> Result<(), Fault> {
             ));
         }
     }
-    optional(within, "lamp.diameter_mm", lamp.diameter_mm, (0.01, 1e5), " mm")?;
-    optional(above, "lamp.flux_lm", lamp.flux_lm, (0.0, 1e9), " lm")?;
-    optional(above, "lamp.peak_cd", lamp.peak_cd, (0.0, 1e9), " cd")?;
+    within("lamp.diameter_mm", lamp.diameter_mm, 0.01..=1e5, " mm")?;
+    above("lamp.flux_lm", lamp.flux_lm, 0.0..=1e9, " lm")?;
+    above("lamp.peak_cd", lamp.peak_cd, 0.0..=1e9, " cd")?;
     if let (Some(flux_lm), Some(peak_cd)) = (lamp.flux_lm, lamp.peak_cd) {
         // No intensity is everywhere below the mean over the sphere.
         let mean_cd = flux_lm / (4.0 * std::f64::consts::PI);
         let unit = " cd, as the mean over the sphere is";
-        above("lamp.peak_cd", peak_cd, (mean_cd, 1e9), unit)?;
+        above("lamp.peak_cd", peak_cd, mean_cd..=1e9, unit)?;
     }
     if let Some(stable) = &lamp.stable {
-        within("lamp.stable.least_s", stable.least_s, (0.1, 86_400.0), " s")?;
-        within("lamp.stable.window_s", stable.window_s, (0.1, 86_400.0), " s")?;
+        within("lamp.stable.least_s", stable.least_s, 0.1..=86_400.0, " s")?;
+        within("lamp.stable.window_s", stable.window_s, 0.1..=86_400.0, " s")?;
         let unit = " (a fraction: 0.005 is 0.5 %)";
-        above("lamp.stable.spread_rel", stable.spread_rel, (0.0, 0.5), unit)?;
+        above("lamp.stable.spread_rel", stable.spread_rel, 0.0..=0.5, unit)?;
     }
     Ok(())
-}
-
-/// A value in `low`…`high`, both ends included.
-pub(crate) fn within(path: &str, value: f64, (low, high): (f64, f64), unit: &str) -> Result<(), Fault> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(Fault::new(
-        path,
-        format!("is {}, expected {low} to {high}{unit}", shown(value)),
-    ))
-}
-
-/// A value above `low` and up to `high`.
-fn above(path: &str, value: f64, (low, high): (f64, f64), unit: &str) -> Result<(), Fault> {
-    if value > low && value <= high {
-        return Ok(());
-    }
-    let message = format!("is {}, expected above {low} and up to {high}{unit}", shown(value));
-    Err(Fault::new(path, message))
-}
-
-type Rule = fn(&str, f64, (f64, f64), &str) -> Result<(), Fault>;
-
-fn optional(rule: Rule, path: &str, value: Option<f64>, range: (f64, f64), unit: &str) -> Result<(), Fault> {
-    value.map_or(Ok(()), |value| rule(path, value, range, unit))
-}
-
-/// A number without three hundred zeros.
-fn shown(value: f64) -> String {
-    if value != 0.0 && value.is_finite() && !(1e-6..1e9).contains(&value.abs()) {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    }
 }
 
 /// A distance, and an uncertainty that is smaller than it.
 fn distance(table: &str, distance_mm: f64, u_distance_mm: Option<f64>) -> Result<(), Fault> {
     within(&format!("{table}.distance_mm"), distance_mm, DISTANCE_MM, " mm")?;
-    let path = format!("{table}.u_distance_mm");
-    optional(above, &path, u_distance_mm, (0.0, distance_mm * MOST_U_REL), " mm")
+    let most_mm = distance_mm * MOST_U_REL;
+    above(&format!("{table}.u_distance_mm"), u_distance_mm, 0.0..=most_mm, " mm")
 }
 
 /// The distance of a plan's block.
@@ -172,14 +150,14 @@ pub(crate) fn block_distance(path: &str, distance_mm: f64) -> Result<(), Fault> 
 fn check_axis(name: &str, axis: &Axis) -> Result<(), Fault> {
     let key = |name_of_key: &str| format!("{name}.{name_of_key}");
     driver_and_target(&key("open"), &axis.open)?;
-    within(&key("counts_per_deg"), axis.counts_per_deg.as_f64(), (0.1, 1e8), "")?;
+    within(&key("counts_per_deg"), axis.counts_per_deg.as_f64(), 0.1..=1e8, "")?;
     if !matches!(axis.sense, 1 | -1) {
         return Err(Fault::new(key("sense"), "is 1 or -1"));
     }
-    within(&key("zero_deg"), axis.zero_deg, (-3600.0, 3600.0), "°")?;
+    within(&key("zero_deg"), axis.zero_deg, -3600.0..=3600.0, "°")?;
     let [low, high] = axis.limit_deg;
     for end in [low, high] {
-        within(&key("limit_deg"), end, (-3600.0, 3600.0), "°")?;
+        within(&key("limit_deg"), end, -3600.0..=3600.0, "°")?;
     }
     if low >= high {
         return Err(Fault::new(
@@ -187,10 +165,10 @@ fn check_axis(name: &str, axis: &Axis) -> Result<(), Fault> {
             "is [smallest, largest] in degrees, the first below the second",
         ));
     }
-    within(&key("speed_deg_s"), axis.speed_deg_s, (1e-3, 1e4), "°/s")?;
-    within(&key("accel_deg_s2"), axis.accel_deg_s2, (1e-3, 1e6), "°/s²")?;
+    within(&key("speed_deg_s"), axis.speed_deg_s, 1e-3..=1e4, "°/s")?;
+    within(&key("accel_deg_s2"), axis.accel_deg_s2, 1e-3..=1e6, "°/s²")?;
     // Wider, and a pose that is verified says nothing.
-    optional(within, &key("tolerance_deg"), axis.tolerance_deg, (1e-4, 1.0), "°")
+    within(&key("tolerance_deg"), axis.tolerance_deg, 1e-4..=1.0, "°")
 }
 
 fn check_rail(rail: &Rail) -> Result<(), Fault> {
@@ -204,11 +182,11 @@ fn check_rail(rail: &Rail) -> Result<(), Fault> {
             "a driven rail needs counts_per_mm, zero_mm, limit_mm, speed_mm_s and accel_mm_s2",
         ));
     };
-    within("rail.counts_per_mm", driven.counts_per_mm.as_f64(), (1e-3, 1e8), "")?;
+    within("rail.counts_per_mm", driven.counts_per_mm.as_f64(), 1e-3..=1e8, "")?;
     if !matches!(driven.sense, 1 | -1) {
         return Err(Fault::new("rail.sense", "is 1 or -1"));
     }
-    within("rail.zero_mm", driven.zero_mm, (-1e6, 1e6), " mm")?;
+    within("rail.zero_mm", driven.zero_mm, -1e6..=1e6, " mm")?;
     let [low, high] = driven.limit_mm;
     for end in [low, high] {
         within("rail.limit_mm", end, DISTANCE_MM, " mm")?;
@@ -219,8 +197,8 @@ fn check_rail(rail: &Rail) -> Result<(), Fault> {
             "is [smallest, largest] in mm, above 0, the first below the second",
         ));
     }
-    within("rail.speed_mm_s", driven.speed_mm_s, (1e-3, 1e5), " mm/s")?;
-    within("rail.accel_mm_s2", driven.accel_mm_s2, (1e-3, 1e7), " mm/s²")
+    within("rail.speed_mm_s", driven.speed_mm_s, 1e-3..=1e5, " mm/s")?;
+    within("rail.accel_mm_s2", driven.accel_mm_s2, 1e-3..=1e7, " mm/s²")
 }
 
 fn one_of(name: &str, open: Option<&str>, prompt: Option<&str>) -> Result<(), Fault> {

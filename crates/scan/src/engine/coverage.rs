@@ -1,22 +1,14 @@
-//! Where sweeps have light, and sweeping once more where none has.
-//!
-//! An answer that is lost or damaged leaves a gap of some degrees. A sweep with gaps is kept: another one of the same
-//! half-plane has its own gaps elsewhere.
+//! Where sweeps have light.
 
 use std::collections::HashMap;
 
+use isolux_record::Run;
 use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::SweepRecord;
-use isolux_record::{Role, Run};
 
-use super::session::Session;
 use crate::conversions::conversions;
-use crate::error::ScanError;
-use crate::itinerary::Visit;
 use crate::sweeps::step_deg;
 
-/// Further sweeps of a block, at most, before the scan ends.
-const MOST_AGAIN: u32 = 12;
 /// The widest way without light, in those between most conversions: a curve bridges one that is lost.
 const BRIDGED: f64 = 2.5;
 /// Steps of γ that a further sweep reaches to both sides of its gaps: a curve is held from both sides.
@@ -108,7 +100,7 @@ impl Coverage {
     }
 
     /// The sweep that would fill the gaps of a half-plane of `block`: of those, the one that was swept least often.
-    fn lacking(&self, block: &Block) -> Option<Pass> {
+    pub fn lacking(&self, block: &Block) -> Option<Pass> {
         let speed_deg_s = block.sweep_deg_s?;
         let lacking = |c_deg: &f64| {
             let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
@@ -131,68 +123,12 @@ impl Coverage {
     }
 
     /// The half-planes of `block` with their first γ without light, as words.
-    fn words(&self, block: &Block) -> String {
+    pub fn words(&self, block: &Block) -> String {
         let of = |c_deg: &f64| {
             let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
             let first = plane.illuminated.iter().position(|illuminated| !illuminated)?;
             Some(format!("C {c_deg}° near γ {}°", block.gamma_deg[first]))
         };
         block.c_deg.iter().filter_map(of).collect::<Vec<String>>().join(", ")
-    }
-}
-
-impl Session<'_> {
-    /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of the
-    /// plan.
-    ///
-    /// # Errors
-    /// [`ScanError::Gaps`] where there are gaps left; what a sweep fails with.
-    pub(super) async fn fill_gaps(&mut self, block: &Block, visits: &[Visit]) -> Result<(), ScanError> {
-        for again in 0..MOST_AGAIN {
-            let Some(pass) = self.coverage.lacking(block) else {
-                return Ok(());
-            };
-            let plane = pass.way.half_plane_deg();
-            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.way.half_plane_deg() == plane);
-            let Some(planned) = visits.iter().rev().find(is_of_plane) else {
-                return Ok(());
-            };
-            self.look_at_wall_clock()?;
-            self.awake(async |session| session.pause_if_asked().await).await?;
-            let ((c_deg, from), (_, to)) = (pass.from_deg(), pass.to_deg());
-            self.note(&format!(
-                "C {c_deg}° is swept once more from γ {from}° to {to}°: no sweep of it has light everywhere"
-            ))?;
-            let visit = Visit {
-                pass: Some(pass),
-                gamma_deg: from,
-                again: true,
-                ..*planned
-            };
-            let follows_drift = block.reference_every.is_some_and(|every| again % every == 0);
-            self.awake(async |session| {
-                session.prove_lamp(block, &visit).await?;
-                if follows_drift {
-                    session.visit(block, &visit.reference_before(), (0, &[])).await?;
-                }
-                session.visit(block, &visit, (0, &[])).await
-            })
-            .await?;
-        }
-        if !self.coverage.lacks(block) {
-            return Ok(());
-        }
-        Err(ScanError::Gaps {
-            block: block.name.clone(),
-            again: MOST_AGAIN,
-            planes: self.coverage.words(block),
-        })
-    }
-}
-
-impl Visit {
-    /// Whether it counts among the points of the plan.
-    pub(super) fn counts(&self) -> bool {
-        self.role == Role::Point && !self.again
     }
 }

@@ -1,27 +1,12 @@
 //! Sweeping the half-planes of a block that chooses them.
 
-use std::collections::HashMap;
-
 use isolux_record::Event;
 use isolux_record::plan::Block;
-use isolux_record::run::Run;
 
 use super::session::Session;
 use crate::chosen::{Chosen, Next};
 use crate::error::ScanError;
 use crate::itinerary::Visit;
-
-/// What the sweeps of `resumed` have of each block of sweeps.
-pub(super) fn chosen_of(resumed: Option<&Run>) -> HashMap<String, Chosen> {
-    let blocks = resumed
-        .iter()
-        .flat_map(|run| run.header.plan.blocks().iter().map(move |block| (run, block)));
-    let of_block = |(run, block): (&&Run, &Block)| {
-        let sweeps = run.sweeps.iter().filter(|sweep| sweep.of.block == block.name);
-        (block.name.clone(), Chosen::of(block, sweeps))
-    };
-    blocks.map(of_block).collect()
-}
 
 impl Session<'_> {
     /// The sweep that follows in a block that chooses its half-planes, once the first one is swept.

@@ -4,7 +4,7 @@ use isolux_record::Event;
 use tokio::time::Instant;
 
 use super::session::Session;
-use super::visit::Taken;
+use super::taken::Taken;
 use crate::clock::microseconds;
 use crate::error::ScanError;
 

@@ -6,7 +6,8 @@ use isolux_record::{Event, Reading, ReadingKind};
 use tokio::time::Instant;
 
 use super::session::Session;
-use super::visit::{TRIES, Taken};
+use super::taken::Taken;
+use super::visit::TRIES;
 use crate::clock::microseconds;
 use crate::error::ScanError;
 use crate::itinerary::Visit;

@@ -11,7 +11,6 @@ use tokio::time::Instant;
 
 use super::around::{Engine, ScanSummary};
 use super::coverage::Coverage;
-use super::half_planes::chosen_of;
 use super::progress::Progress;
 use super::reference::References;
 
@@ -120,7 +119,7 @@ impl<'a> Session<'a> {
         let visits = visits(plan);
         let progress = Progress::of(resumed);
         self.coverage = Coverage::of(resumed);
-        self.chosen = chosen_of(resumed);
+        self.chosen = Chosen::by_block(resumed);
         self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
         self.event(Event::Began {
             points: self.total,

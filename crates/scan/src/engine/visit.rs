@@ -3,13 +3,13 @@
 use isolux_device::{LuxOutcome, LuxReading};
 use isolux_record::plan::{Block, Instrument};
 use isolux_record::spectra::SpectrumRecord;
-use isolux_record::sweeps::SweepRecord;
 use isolux_record::{Electrical, Event, Quality, Reading, ReadingKind, Role};
 use tokio::time::Instant;
 
 use super::limit::Waiting;
 use super::repeats;
 use super::session::Session;
+use super::taken::Taken;
 use super::verify::BenchState;
 use crate::clock::microseconds;
 use crate::electrical;
@@ -20,13 +20,6 @@ use crate::settle::Settling;
 
 /// Tries of a visit or a warm-up before the scan ends.
 pub(super) const TRIES: u32 = 3;
-
-/// What a visit gave, not yet recorded.
-pub(super) enum Taken {
-    Readings(Vec<Reading>),
-    Spectrum(SpectrumRecord),
-    Sweep(SweepRecord),
-}
 
 impl Session<'_> {
     /// Makes a visit and records it. `already` are the readings of it that an earlier session has recorded. Where the

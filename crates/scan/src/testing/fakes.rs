@@ -106,12 +106,12 @@ impl Axis for FakeAxis {
         sleep_until(ends).await;
         let now = self.now();
         if now.moving || now.steps != motion.target_steps {
-            return Err(DeviceError::Fault {
-                device: self.identity.target.clone(),
-                action: "move".to_owned(),
-                reason: format!("at {} and not at {}", now.steps, motion.target_steps),
-                evidence: Vec::new(),
-            });
+            return Err(DeviceError::fault(
+                &self.identity.target,
+                "move",
+                format!("at {} and not at {}", now.steps, motion.target_steps),
+                Vec::new(),
+            ));
         }
         Ok(now)
     }

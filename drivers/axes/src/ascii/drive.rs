@@ -118,8 +118,7 @@ impl<P: Coordinate> Described<P> {
     }
 
     fn unsupported(&self, action: &str, reason: String) -> DeviceError {
-        let (device, action) = (self.name().to_owned(), action.to_owned());
-        DeviceError::Unsupported { device, action, reason }
+        DeviceError::unsupported(self.name(), action, reason)
     }
 
     fn malformed(&self, action: &str, reason: String, frame: Vec<u8>) -> DeviceError {
@@ -151,12 +150,7 @@ impl<P: Coordinate> Described<P> {
         let stated = requested.map_err(|error| error.during(self.name(), &text))?;
         match self.profile.manners.error(exchange, stated.answer.form) {
             None => Ok(stated),
-            Some(meaning) => Err(DeviceError::Refused {
-                device: self.name().to_owned(),
-                action: text,
-                reason: meaning.to_owned(),
-                frame: stated.bytes,
-            }),
+            Some(meaning) => Err(DeviceError::refused(self.name(), text, meaning, stated.bytes)),
         }
     }
 

@@ -12,12 +12,11 @@ mod profile;
 
 use std::sync::Arc;
 
-use async_trait::async_trait;
-use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
+use isolux_device::{AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
 use isolux_protocol_ascii::{Lines, Plain};
 use isolux_transport::{Driver, Place, Ports, no_display};
-use isolux_units::Millimetre;
 
+use crate::factory::axis_factory;
 use crate::polled::PolledAxis;
 use drive::{Described, NAME};
 use profile::Profile;
@@ -65,17 +64,4 @@ impl AsciiAxisDriver {
     }
 }
 
-#[async_trait]
-impl AxisFactory for AsciiAxisDriver {
-    async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-
-    async fn open_linear_axis(
-        &self,
-        target: &Target,
-        settings: AxisSettings<Millimetre>,
-    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-}
+axis_factory!(AsciiAxisDriver);

@@ -56,11 +56,11 @@ impl<P: Coordinate> Xli<P> {
             // division.
             let units = (wanted * rev_per_unit / unit + 1e-6).floor();
             if !(least..=most + 1e-9).contains(&(units * unit)) {
-                return Err(DeviceError::Unsupported {
-                    device: indexer.name().to_owned(),
-                    action: format!("use {key} = {wanted}"),
-                    reason: format!("this drive can do {} to {}", least / rev_per_unit, most / rev_per_unit),
-                });
+                return Err(DeviceError::unsupported(
+                    indexer.name(),
+                    format!("use {key} = {wanted}"),
+                    format!("this drive can do {} to {}", least / rev_per_unit, most / rev_per_unit),
+                ));
             }
             dynamics[at] = format!("{:.*}", if unit < 0.05 { 2 } else { 1 }, units * unit);
             actual[at] = units * unit / rev_per_unit;

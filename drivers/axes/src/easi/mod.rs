@@ -10,13 +10,12 @@ mod drive;
 
 use std::sync::Arc;
 
-use async_trait::async_trait;
-use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
+use isolux_device::{AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
 use isolux_protocol_ascii::Lines;
 use isolux_protocol_easi::Easi;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display, printable};
-use isolux_units::Millimetre;
 
+use crate::factory::axis_factory;
 use crate::polled::PolledAxis;
 use axis::Xli;
 use drive::{Indexer, NAME};
@@ -126,20 +125,7 @@ impl ParkerEasiDriver {
     }
 }
 
-#[async_trait]
-impl AxisFactory for ParkerEasiDriver {
-    async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-
-    async fn open_linear_axis(
-        &self,
-        target: &Target,
-        settings: AxisSettings<Millimetre>,
-    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-}
+axis_factory!(ParkerEasiDriver);
 
 #[cfg(test)]
 mod tests {

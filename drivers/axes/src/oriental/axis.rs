@@ -33,11 +33,7 @@ impl<P: Coordinate> AzAxis<P> {
             (i32::MIN.into(), i32::MAX.into())
         });
         within_own_limits(drive.name(), &settings, own_limits)?;
-        let unsupported = |reason: String| DeviceError::Unsupported {
-            device: drive.name().to_owned(),
-            action: "set speed and rates".to_owned(),
-            reason,
-        };
+        let unsupported = |reason: String| DeviceError::unsupported(drive.name(), "set speed and rates", reason);
         let steps_per_unit = settings.scale().steps_per_unit();
         let dynamics = Dynamics::new(
             P::KEYS,

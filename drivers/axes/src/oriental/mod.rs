@@ -15,12 +15,11 @@ mod drive;
 
 use std::sync::Arc;
 
-use async_trait::async_trait;
-use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
+use isolux_device::{AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
 use isolux_modbus::Unit;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display};
-use isolux_units::Millimetre;
 
+use crate::factory::axis_factory;
 use crate::polled::PolledAxis;
 use axis::AzAxis;
 use drive::{Drive, NAME};
@@ -105,17 +104,4 @@ impl OrientalAzDriver {
     }
 }
 
-#[async_trait]
-impl AxisFactory for OrientalAzDriver {
-    async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-
-    async fn open_linear_axis(
-        &self,
-        target: &Target,
-        settings: AxisSettings<Millimetre>,
-    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-}
+axis_factory!(OrientalAzDriver);

@@ -40,14 +40,14 @@ impl<P: Coordinate> ZaberAxis<P> {
         {
             // Zero would mean "no ramp at all", and rounding up more than the station allows.
             if units < 1.0 {
-                return Err(DeviceError::Unsupported {
-                    device: controller.name().to_owned(),
-                    action: format!("set {name}"),
-                    reason: format!(
+                return Err(DeviceError::unsupported(
+                    controller.name(),
+                    format!("set {name}"),
+                    format!(
                         "{key} is below the smallest this axis can do, {}",
                         smallest[i] / scale.steps_per_unit()
                     ),
-                });
+                ));
             }
             controller.ask(axis, &format!("set {name} {units}")).await?;
             let (read, stated) = controller.number::<f64>(axis, &format!("get {name}")).await?;
@@ -118,11 +118,11 @@ impl<P: Coordinate> AxisDriver<P> for ZaberAxis<P> {
         let per_unit = self.settings.scale().steps_per_unit() * UNITS;
         let units = (speed * per_unit).round();
         if units < 1.0 {
-            return Err(DeviceError::Unsupported {
-                device: self.controller.name().to_owned(),
-                action: format!("move at {speed}"),
-                reason: format!("the slowest speed of this axis is {}", 1.0 / per_unit),
-            });
+            return Err(DeviceError::unsupported(
+                self.controller.name(),
+                format!("move at {speed}"),
+                format!("the slowest speed of this axis is {}", 1.0 / per_unit),
+            ));
         }
         let set = format!("set maxspeed {units}");
         self.ask(&set).await?;

@@ -133,11 +133,8 @@ impl Controller {
     /// repeated, it asks, sets a value, or moves to an absolute place.
     pub async fn ask(&self, axis: u8, text: &str) -> Result<Reported, DeviceError> {
         let action = if text.is_empty() { "status" } else { text };
-        let command = Command::new(self.device, axis, text).map_err(|error| DeviceError::Unsupported {
-            device: self.name.clone(),
-            action: action.to_owned(),
-            reason: error.to_string(),
-        })?;
+        let command = Command::new(self.device, axis, text)
+            .map_err(|error| DeviceError::unsupported(&self.name, action, error.to_string()))?;
         let reply = self.bus.ask_again(command, None, ANSWER, Instant::now() + LINE).await;
         let reply = reply.map_err(|error| error.during(&self.name, action))?;
         let frame = reply.encode();
@@ -148,34 +145,15 @@ impl Controller {
                 flag: reply.flag,
                 frame,
             }),
-            Err(rejection) => {
-                let (device, action) = (self.name.clone(), action.to_owned());
-                Err(DeviceError::Refused {
-                    device,
-                    action,
-                    reason: rejection.reason,
-                    frame,
-                })
-            }
+            Err(rejection) => Err(DeviceError::refused(&self.name, action, rejection.reason, frame)),
         }
     }
 
     pub fn malformed(&self, action: &str, reason: &str, frame: Vec<u8>) -> DeviceError {
-        let (device, action, reason) = (self.name.clone(), action.to_owned(), reason.to_owned());
-        DeviceError::Malformed {
-            device,
-            action,
-            reason,
-            frame,
-        }
+        DeviceError::malformed(&self.name, action, reason, frame)
     }
 
     pub fn fault(&self, action: &str, reason: impl Into<String>, evidence: Vec<u8>) -> DeviceError {
-        DeviceError::Fault {
-            device: self.name.clone(),
-            action: action.to_owned(),
-            reason: reason.into(),
-            evidence,
-        }
+        DeviceError::fault(&self.name, action, reason, evidence)
     }
 }

@@ -12,13 +12,13 @@ use std::sync::Arc;
 
 use async_trait::async_trait;
 use isolux_device::{
-    Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Switch, SwitchFactory, Target,
-    Thermometer, ThermometerFactory,
+    AxisSettings, Coordinate, Factories, Kind, OpenError, Switch, SwitchFactory, Target, Thermometer,
+    ThermometerFactory,
 };
 use isolux_protocol_zaber::Host;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display};
-use isolux_units::Millimetre;
 
+use crate::factory::axis_factory;
 use crate::polled::PolledAxis;
 use axis::ZaberAxis;
 use controller::{Controller, NAME};
@@ -155,20 +155,7 @@ impl ZaberDriver {
     }
 }
 
-#[async_trait]
-impl AxisFactory for ZaberDriver {
-    async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-
-    async fn open_linear_axis(
-        &self,
-        target: &Target,
-        settings: AxisSettings<Millimetre>,
-    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
-        Ok(Box::new(self.axis(target, settings).await?))
-    }
-}
+axis_factory!(ZaberDriver);
 
 #[async_trait]
 impl SwitchFactory for ZaberDriver {

@@ -80,20 +80,10 @@ impl Asker {
             Value::Refused { error, reason } => format!("error {error}: {reason}"),
             other => format!("{other:?} is no answer to it"),
         };
-        DeviceError::Refused {
-            device: self.name.clone(),
-            action: format!("{request:?}"),
-            reason,
-            frame: Vec::new(),
-        }
+        DeviceError::refused(&self.name, format!("{request:?}"), reason, Vec::new())
     }
 
     pub fn fault(&self, reason: &str) -> DeviceError {
-        DeviceError::Malformed {
-            device: self.name.clone(),
-            action: "read the instrument".to_owned(),
-            reason: reason.to_owned(),
-            frame: Vec::new(),
-        }
+        DeviceError::malformed(&self.name, "read the instrument", reason, Vec::new())
     }
 }

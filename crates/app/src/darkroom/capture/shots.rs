@@ -1,8 +1,11 @@
 //! The exposures that a capture makes: of a scene, or those of a `maps.toml`.
 
+use std::ops::RangeInclusive;
+
 use camino::Utf8Path;
 use isolux_darkroom::{MapPose, SensorFrame};
-use isolux_record::document::{Fault, SourceText, read_text};
+use isolux_record::document::bounds::within;
+use isolux_record::document::{SourceText, read_text};
 use isolux_record::observation::{MapSet, Need, OneOrTwo};
 use serde::Deserialize;
 
@@ -154,37 +157,26 @@ fn of_scene(
     let document: SceneDocument = source.parse("isolux-scene/1").map_err(Failure::bad_input)?;
     let sensor = &document.sensor;
     let (size_mm, pixels) = (sensor.size_mm.both(), sensor.pixels.both());
-    let within = |key: &str, value: f64, low: f64, high: f64| {
-        if (low..=high).contains(&value) {
-            return Ok(());
-        }
-        Err(Failure::bad_input(source.locate(&Fault {
-            path: format!("sensor.{key}"),
-            message: format!("{value} is not within {low} to {high}"),
-        })))
+    let inside = |key: &str, value: Option<f64>, range: RangeInclusive<f64>, unit: &str| {
+        within(&format!("sensor.{key}"), value, range, unit).map_err(|fault| Failure::bad_input(source.locate(&fault)))
     };
     for (size_mm, pixels) in size_mm.into_iter().zip(pixels) {
-        within("size_mm", size_mm, 1e-4, 1e5)?;
-        within("pixels", pixels as f64, 1.0, 1e6)?;
+        inside("size_mm", Some(size_mm), 1e-4..=1e5, " mm")?;
+        inside("pixels", Some(pixels as f64), 1.0..=1e6, "")?;
     }
-    let [x, y] = sensor.offset_mm;
-    for (key, value, low, high) in [
-        ("distance_mm", sensor.distance_mm, 1e-3, 1e6),
-        ("tilt_x_deg", sensor.tilt_x_deg, -360.0, 360.0),
-        ("tilt_y_deg", sensor.tilt_y_deg, -360.0, 360.0),
-        ("rot_z_deg", sensor.rot_z_deg, -360.0, 360.0),
-        ("offset_mm", x, -1e6, 1e6),
-        ("offset_mm", y, -1e6, 1e6),
-        ("time_s", sensor.time_s.unwrap_or(0.0), 0.0, 1e9),
+    inside("distance_mm", Some(sensor.distance_mm), 1e-3..=1e6, " mm")?;
+    for (key, angle_deg) in [
+        ("tilt_x_deg", sensor.tilt_x_deg),
+        ("tilt_y_deg", sensor.tilt_y_deg),
+        ("rot_z_deg", sensor.rot_z_deg),
     ] {
-        within(key, value, low, high)?;
+        inside(key, Some(angle_deg), -360.0..=360.0, "°")?;
     }
-    if !(1e-9..=1e9).contains(&options.exposure) {
-        return Err(Failure::bad_input(format!(
-            "exposure {} is not within 1e-9 to 1e9",
-            options.exposure
-        )));
+    for offset_mm in sensor.offset_mm {
+        inside("offset_mm", Some(offset_mm), -1e6..=1e6, " mm")?;
     }
+    inside("time_s", sensor.time_s, 0.0..=1e9, " s")?;
+    within("--exposure", options.exposure, 1e-9..=1e9, "").map_err(Failure::bad_input)?;
     if sensor.background_w_m2 != 0.0 {
         progress.event(Event::Note(
             "background_w_m2 of the scene is what the simulation assumes; the camera sees the room's own ambient_light",

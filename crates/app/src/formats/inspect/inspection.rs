@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::mismatch::Meter;
-use super::rays::RayQuantities;
+use super::ray_quantities::RayQuantities;
 
 /// What is said of one photometry or spectrum; serialises to the object of `inspect --json`.
 #[derive(Debug, Serialize)]

@@ -6,7 +6,7 @@ use isolux_units::digits::shortest;
 use serde_json::Value;
 
 use super::inspection::{Inspection, Quantities, SpectrumQuantities};
-use super::rays::RayQuantities;
+use super::ray_quantities::RayQuantities;
 
 /// Four significant digits are as many as a photometer has.
 const DIGITS: i32 = 4;

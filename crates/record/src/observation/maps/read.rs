@@ -6,15 +6,16 @@ use camino::Utf8Path;
 use serde::Deserialize;
 
 use super::{Cell, MapPose, MapSet, MapUnit};
-use crate::document::{Fault, SourceText};
-use crate::observation::error::{ObservationError, Problem};
+use crate::document::Fault;
+use crate::document::bounds::within;
 use crate::observation::image::read_image;
 use crate::observation::need::Need;
 use crate::observation::pair::OneOrTwo;
-use crate::observation::table::{Fields, Table, line_of, parse_toml, read_text};
+use crate::table::{ObservationError, Problem};
+use crate::table::{Table, line_of, parse_toml, read_text, wrong_key};
 
 /// Most bins of all maps of a file: beyond it they do not fit into memory.
-const MOST_CELLS: usize = 200_000_000;
+const MOST_CELLS: f64 = 2e8;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,103 +35,57 @@ struct Document {
     map: Vec<toml::Spanned<MapPose>>,
 }
 
-/// The TOML file, for what is said of it.
-struct File<'a> {
-    path: &'a Utf8Path,
-    text: &'a str,
+impl Document {
+    /// Size, bins and full scale of the sensor.
+    fn check_sensor(&self) -> Result<(), Fault> {
+        let bins = self.bins.both();
+        for (side_mm, bins) in self.sensor_mm.both().into_iter().zip(bins) {
+            within("sensor_mm", side_mm, 1e-4..=1e5, " mm")?;
+            within("bins", bins as f64, 1.0..=65_536.0, "")?;
+        }
+        let cells = (bins[0] * bins[1] * self.map.len()) as f64;
+        within("bins", cells, 0.0..=MOST_CELLS, " in all maps")?;
+        within("full_scale", self.full_scale, 1e-12..=1e12, "")
+    }
 }
 
-impl File<'_> {
-    fn out_of_range(
-        &self,
-        line: Option<u64>,
-        column: &'static str,
-        found: f64,
-        expected: &'static str,
-    ) -> ObservationError {
-        let problem = Problem::OutOfRange {
-            column,
-            found,
-            expected,
-        };
-        ObservationError::new(self.path, line, problem)
+/// The poses in the order of the file, each name once.
+fn poses(path: &Utf8Path, text: &str, maps: Vec<toml::Spanned<MapPose>>) -> Result<Vec<MapPose>, ObservationError> {
+    let mut lines: HashMap<String, u64> = HashMap::new();
+    let mut poses = Vec::new();
+    for (number, map) in maps.into_iter().enumerate() {
+        let line = line_of(text, map.span().start);
+        let map = map.into_inner();
+        check_pose(&format!("map.{number}"), &map).map_err(wrong_key(path, text))?;
+        if let Some(first) = lines.insert(map.name.clone(), line) {
+            let what = format!("map `{}`", map.name);
+            let problem = Problem::Duplicate { what, first };
+            return Err(ObservationError::new(path, Some(line), problem));
+        }
+        poses.push(map);
     }
+    if poses.is_empty() {
+        return Err(ObservationError::new(path, None, Problem::NoRows("maps")));
+    }
+    Ok(poses)
+}
 
-    /// The same of a key above the maps.
-    fn wrong_key(&self, key: &'static str, found: f64, expected: &'static str) -> ObservationError {
-        let source = SourceText {
-            file: self.path,
-            text: self.text,
-        };
-        let line = source.locate(&Fault::new(key, "")).line.map(|line| line as u64);
-        self.out_of_range(line, key, found, expected)
+fn check_pose(table: &str, map: &MapPose) -> Result<(), Fault> {
+    let key = |name: &str| format!("{table}.{name}");
+    within(&key("distance_mm"), map.distance_mm, 1e-3..=1e8, " mm")?;
+    within(&key("exposure"), map.exposure, 1e-9..=1e9, "")?;
+    for (name, angle_deg) in [
+        ("tilt_x_deg", map.tilt_x_deg),
+        ("tilt_y_deg", map.tilt_y_deg),
+        ("rot_z_deg", map.rot_z_deg),
+    ] {
+        within(&key(name), angle_deg, -360.0..=360.0, "°")?;
     }
-
-    /// Size, bins and full scale of the sensor.
-    fn check_sensor(&self, document: &Document) -> Result<(), ObservationError> {
-        let bins = document.bins.both();
-        for (side_mm, bins) in document.sensor_mm.both().into_iter().zip(bins) {
-            if !(1e-4..=1e5).contains(&side_mm) {
-                return Err(self.wrong_key("sensor_mm", side_mm, "within 0.0001 to 100000"));
-            }
-            if !(1..=65_536).contains(&bins) {
-                return Err(self.wrong_key("bins", bins as f64, "within 1 to 65536"));
-            }
-        }
-        if bins[0] * bins[1] * document.map.len().max(1) > MOST_CELLS {
-            let cells = (bins[0] * bins[1] * document.map.len()) as f64;
-            return Err(self.wrong_key("bins", cells, "at most 200000000 in all maps"));
-        }
-        match document.full_scale {
-            Some(full_scale) if !(1e-12..=1e12).contains(&full_scale) => {
-                Err(self.wrong_key("full_scale", full_scale, "within 1e-12 to 1e12"))
-            }
-            _ => Ok(()),
-        }
+    for offset_mm in map.offset_mm {
+        within(&key("offset_mm"), offset_mm, -1e6..=1e6, " mm")?;
     }
-
-    /// The poses in the order of the file, each name once.
-    fn poses(&self, maps: Vec<toml::Spanned<MapPose>>) -> Result<Vec<MapPose>, ObservationError> {
-        let mut lines: HashMap<String, u64> = HashMap::new();
-        let mut poses = Vec::new();
-        for map in maps {
-            let line = line_of(self.text, map.span().start);
-            let map = map.into_inner();
-            self.check_pose(line, &map)?;
-            if let Some(first) = lines.insert(map.name.clone(), line) {
-                let what = format!("map `{}`", map.name);
-                let problem = Problem::Duplicate { what, first };
-                return Err(ObservationError::new(self.path, Some(line), problem));
-            }
-            poses.push(map);
-        }
-        if poses.is_empty() {
-            return Err(ObservationError::new(self.path, None, Problem::NoRows("maps")));
-        }
-        Ok(poses)
-    }
-
-    fn check_pose(&self, line: u64, map: &MapPose) -> Result<(), ObservationError> {
-        let [x, y] = map.offset_mm;
-        let (time_s, ambient_c) = (map.time_s.unwrap_or(0.0), map.ambient_c.unwrap_or(0.0));
-        let (angle, shift) = ("within -360 to 360", "within -1000000 to 1000000");
-        for (column, found, low, high, expected) in [
-            ("distance_mm", map.distance_mm, 1e-3, 1e8, "within 0.001 to 100000000"),
-            ("exposure", map.exposure, 1e-9, 1e9, "within 1e-9 to 1e9"),
-            ("tilt_x_deg", map.tilt_x_deg, -360.0, 360.0, angle),
-            ("tilt_y_deg", map.tilt_y_deg, -360.0, 360.0, angle),
-            ("rot_z_deg", map.rot_z_deg, -360.0, 360.0, angle),
-            ("offset_mm", x, -1e6, 1e6, shift),
-            ("offset_mm", y, -1e6, 1e6, shift),
-            ("time_s", time_s, -1e9, 1e9, "within -1e9 to 1e9"),
-            ("ambient_c", ambient_c, -100.0, 200.0, "within -100 to 200"),
-        ] {
-            if !(low..=high).contains(&found) {
-                return Err(self.out_of_range(Some(line), column, found, expected));
-            }
-        }
-        Ok(())
-    }
+    within(&key("time_s"), map.time_s, -1e9..=1e9, " s")?;
+    within(&key("ambient_c"), map.ambient_c, -100.0..=200.0, " °C")
 }
 
 impl MapSet {
@@ -141,15 +96,14 @@ impl MapSet {
     pub fn open(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
         let text = read_text(path)?;
         let document: Document = parse_toml(path, &text)?;
-        let file = File { path, text: &text };
-        file.check_sensor(&document)?;
+        document.check_sensor().map_err(wrong_key(path, &text))?;
         let mut set = Self {
             path: path.to_owned(),
             sensor_mm: document.sensor_mm.both(),
             bins: document.bins.both(),
             unit: document.unit,
             full_scale: document.full_scale,
-            maps: file.poses(document.map)?,
+            maps: poses(path, &text, document.map)?,
             cells: Vec::new(),
             values: None,
             places_mm: None,
@@ -187,11 +141,7 @@ impl MapSet {
         }
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
         let values: &[&'static str] = if need == Need::Values { &["signal", "u"] } else { &[] };
-        let columns = table.columns_with(
-            &csv_path,
-            &[&["map", "iy", "ix"], values].concat(),
-            "map, iy, ix, signal, u",
-        )?;
+        let columns = table.columns_with(&csv_path, &[&["map", "iy", "ix"], values].concat())?;
         let by_name: HashMap<&str, usize> = self
             .maps
             .iter()
@@ -199,15 +149,9 @@ impl MapSet {
             .map(|(i, map)| (map.name.as_str(), i))
             .collect();
         let [nx, ny] = self.bins;
-        let mut first_line: HashMap<Cell, u64> = HashMap::with_capacity(table.rows.len());
+        let mut first_line: HashMap<Cell, u64> = HashMap::new();
         let (mut signal, mut u) = (Vec::new(), Vec::new());
-        for (line, fields) in &table.rows {
-            let fields = Fields {
-                path: &csv_path,
-                line: *line,
-                columns: &columns,
-                fields,
-            };
+        for fields in table.rows(&csv_path, &columns) {
             let name = fields.text("map");
             let map = *by_name
                 .get(name)
@@ -225,7 +169,7 @@ impl MapSet {
                 iy: index("iy", ny)?,
                 ix: index("ix", nx)?,
             };
-            if let Some(first) = first_line.insert(cell, *line) {
+            if let Some(first) = first_line.insert(cell, fields.line()) {
                 let what = format!("map `{name}`, iy {}, ix {}", cell.iy, cell.ix);
                 return Err(fields.error(Problem::Duplicate { what, first }));
             }

@@ -1,39 +1,59 @@
 //! CSV rows with their lines, and TOML with the line of its first error.
 
+mod error;
+
 use std::collections::HashMap;
+use std::str::FromStr;
 
 use camino::Utf8Path;
 
-use super::error::{ObservationError, Problem};
-use crate::document::SourceText;
+pub use self::error::{ObservationError, Problem};
+use crate::document::{Fault, SourceText};
 use crate::file::{self, LARGEST_TABLE};
+use crate::reading::UnknownWord;
+use crate::row_crc;
 
 /// A CSV file in memory: header, rows, and the line of each row.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Table {
+pub(crate) struct Table {
     pub header: Vec<String>,
-    pub rows: Vec<(u64, Vec<String>)>,
-    /// The text of each row up to and including its last comma: what a row checksum covers.
-    pub before_last: Vec<String>,
+    rows: Vec<Row>,
 }
 
-pub(super) fn read_bytes(path: &Utf8Path) -> Result<Vec<u8>, ObservationError> {
+#[derive(Debug, Clone, PartialEq)]
+struct Row {
+    /// One-based.
+    line: u64,
+    fields: Vec<String>,
+    /// As it stands in the file, without its line end: what a row checksum is of.
+    text: String,
+}
+
+pub(crate) fn read_bytes(path: &Utf8Path) -> Result<Vec<u8>, ObservationError> {
     file::read(path, LARGEST_TABLE).map_err(|error| ObservationError::new(path, None, Problem::Read(error.to_string())))
 }
 
-pub(super) fn read_text(path: &Utf8Path) -> Result<String, ObservationError> {
+pub(crate) fn read_text(path: &Utf8Path) -> Result<String, ObservationError> {
     let text = String::from_utf8(read_bytes(path)?).map_err(|_| ObservationError::new(path, None, Problem::NotText))?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
-pub(super) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: &str) -> Result<T, ObservationError> {
+pub(crate) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: &str) -> Result<T, ObservationError> {
     toml::from_str(text).map_err(|error| {
         let wrong = SourceText { file: path, text }.toml_error(&error);
         ObservationError::new(path, wrong.line.map(|line| line as u64), Problem::Toml(wrong.message))
     })
 }
 
-pub(super) fn line_of(text: &str, at: usize) -> u64 {
+/// What is wrong with a key of the TOML file `text`, with its line.
+pub(crate) fn wrong_key<'a>(path: &'a Utf8Path, text: &'a str) -> impl Fn(Fault) -> ObservationError + 'a {
+    move |fault| {
+        let wrong = SourceText { file: path, text }.locate(&fault);
+        ObservationError::new(path, wrong.line.map(|line| line as u64), Problem::Toml(wrong.message))
+    }
+}
+
+pub(crate) fn line_of(text: &str, at: usize) -> u64 {
     1 + text.get(..at).unwrap_or(text).matches('\n').count() as u64
 }
 
@@ -112,35 +132,45 @@ impl Table {
                 };
                 return Err(ObservationError::new(path, Some(line), problem));
             }
-            let row_text = row_text.split(['\r', '\n']).next().unwrap_or("");
-            table.before_last.push(
-                row_text
-                    .rfind(',')
-                    .map_or(String::new(), |comma| row_text[..=comma].to_owned()),
-            );
-            table.rows.push((line, fields));
+            let text = row_text.split(['\r', '\n']).next().unwrap_or("").to_owned();
+            table.rows.push(Row { line, fields, text });
         }
         Ok(table)
     }
 
-    /// Column numbers by name, of a table that has the columns that it must have; `needed` says which, for the error.
+    /// The header, and the fields of every row as they were written.
+    pub fn into_text(self) -> (Vec<String>, Vec<Vec<String>>) {
+        (self.header, self.rows.into_iter().map(|row| row.fields).collect())
+    }
+
+    /// Column numbers by name, of a table that has the columns that it must have.
     pub fn columns_with(
         &self,
         path: &Utf8Path,
         required: &[&'static str],
-        needed: &'static str,
     ) -> Result<HashMap<&str, usize>, ObservationError> {
         let columns = self.columns();
         match required.iter().find(|column| !columns.contains_key(*column)) {
             None => Ok(columns),
             Some(&column) => {
+                let needed = required.join(", ");
                 let problem = Problem::MissingColumn { column, needed };
                 Err(ObservationError::new(path, Some(1), problem))
             }
         }
     }
 
-    fn columns(&self) -> HashMap<&str, usize> {
+    /// The rows, each with the numbers of the columns.
+    pub fn rows<'a>(
+        &'a self,
+        path: &'a Utf8Path,
+        columns: &'a HashMap<&'a str, usize>,
+    ) -> impl Iterator<Item = Fields<'a>> {
+        self.rows.iter().map(move |row| Fields { path, row, columns })
+    }
+
+    /// Column numbers by name.
+    pub fn columns(&self) -> HashMap<&str, usize> {
         self.header
             .iter()
             .enumerate()
@@ -150,23 +180,52 @@ impl Table {
 }
 
 /// Reads the fields of one row by column, with errors that say where.
-pub(super) struct Fields<'a> {
-    pub path: &'a Utf8Path,
-    pub line: u64,
-    pub columns: &'a HashMap<&'a str, usize>,
-    pub fields: &'a [String],
+pub(crate) struct Fields<'a> {
+    path: &'a Utf8Path,
+    row: &'a Row,
+    columns: &'a HashMap<&'a str, usize>,
 }
 
 impl Fields<'_> {
+    /// One-based line of the row.
+    pub fn line(&self) -> u64 {
+        self.row.line
+    }
+
     pub fn error(&self, problem: Problem) -> ObservationError {
-        ObservationError::new(self.path, Some(self.line), problem)
+        ObservationError::new(self.path, Some(self.row.line), problem)
     }
 
     /// The text; empty where the column is absent.
     pub fn text(&self, column: &str) -> &str {
         self.columns
             .get(column)
-            .map_or("", |index| self.fields[*index].as_str())
+            .map_or("", |index| self.row.fields[*index].as_str())
+    }
+
+    /// A word that names one of a few things.
+    pub fn word<T: FromStr<Err = UnknownWord>>(&self, column: &'static str) -> Result<T, ObservationError> {
+        let word = self.text(column).parse();
+        word.map_err(|UnknownWord { found, expected }| {
+            self.error(Problem::UnknownWord {
+                column,
+                found,
+                expected,
+            })
+        })
+    }
+
+    /// Compares the row with its checksum, `row_crc` in the last column.
+    pub fn checked(&self) -> Result<(), ObservationError> {
+        let end = self.row.text.rfind(',').map_or(0, |comma| comma + 1);
+        let (found, computed) = (
+            self.text("row_crc").to_owned(),
+            row_crc::of(&self.row.text.as_bytes()[..end]),
+        );
+        if found == computed {
+            return Ok(());
+        }
+        Err(self.error(Problem::Checksum { found, computed }))
     }
 
     pub fn optional(&self, column: &'static str) -> Result<Option<f64>, ObservationError> {
@@ -191,28 +250,50 @@ impl Fields<'_> {
         let Some(value) = self.optional(column)? else {
             return Ok(None);
         };
-        if value.fract() == 0.0 && value.abs() < 9e15 {
-            Ok(Some(value as i64))
-        } else {
-            Err(self.error(Problem::OutOfRange {
-                column,
-                found: value,
-                expected: "a whole number",
-            }))
-        }
+        let is_whole = value.fract() == 0.0 && value.abs() < 9e15;
+        self.require(is_whole, column, value, "a whole number")?;
+        Ok(Some(value as i64))
     }
 
     pub fn positive(&self, column: &'static str) -> Result<f64, ObservationError> {
         let value = self.number(column)?;
-        if value > 0.0 {
-            Ok(value)
-        } else {
-            Err(self.error(Problem::OutOfRange {
-                column,
-                found: value,
-                expected: "above zero",
-            }))
+        self.require(value > 0.0, column, value, "above zero")
+    }
+
+    /// A number in `low`…`high`, both ends included; `expected` says so.
+    pub fn within(
+        &self,
+        column: &'static str,
+        low: f64,
+        high: f64,
+        expected: &'static str,
+    ) -> Result<f64, ObservationError> {
+        let value = self.number(column)?;
+        self.require((low..=high).contains(&value), column, value, expected)
+    }
+
+    /// A number above that of the row before.
+    pub fn above(&self, column: &'static str, before: f64) -> Result<f64, ObservationError> {
+        let value = self.number(column)?;
+        self.require(value > before, column, value, "above that of the row before")
+    }
+
+    /// `found`, where it is what is `expected`.
+    pub fn require(
+        &self,
+        holds: bool,
+        column: &'static str,
+        found: f64,
+        expected: &'static str,
+    ) -> Result<f64, ObservationError> {
+        if holds {
+            return Ok(found);
         }
+        Err(self.error(Problem::OutOfRange {
+            column,
+            found,
+            expected,
+        }))
     }
 }
 
@@ -225,7 +306,7 @@ mod tests {
         for end in ["\n", "\r\n", "\r"] {
             let text = ["index,u", "0,1", "", "1,2", "2,3", ""].join(end);
             let table = Table::parse("readings.csv".into(), &text, false).unwrap();
-            let lines: Vec<u64> = table.rows.iter().map(|(line, _)| *line).collect();
+            let lines: Vec<u64> = table.rows.iter().map(|row| row.line).collect();
             assert_eq!(lines, [2, 4, 5], "{end:?}");
         }
     }

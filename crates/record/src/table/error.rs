@@ -47,7 +47,7 @@ pub enum Problem {
         /// The missing column.
         column: &'static str,
         /// All that are needed.
-        needed: &'static str,
+        needed: String,
     },
     /// A column that is there twice.
     #[error("column `{0}` is there twice")]

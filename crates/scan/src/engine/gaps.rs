@@ -1,0 +1,70 @@
+//! Sweeping once more where no sweep has light.
+//!
+//! An answer that is lost or damaged leaves a gap of some degrees. A sweep with gaps is kept: another one of the same
+//! half-plane has its own gaps elsewhere.
+
+use isolux_record::Role;
+use isolux_record::plan::Block;
+
+use super::session::Session;
+use crate::error::ScanError;
+use crate::itinerary::Visit;
+
+/// Further sweeps of a block, at most, before the scan ends.
+const MOST_AGAIN: u32 = 12;
+
+impl Session<'_> {
+    /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of the
+    /// plan.
+    ///
+    /// # Errors
+    /// [`ScanError::Gaps`] where there are gaps left; what a sweep fails with.
+    pub(super) async fn fill_gaps(&mut self, block: &Block, visits: &[Visit]) -> Result<(), ScanError> {
+        for again in 0..MOST_AGAIN {
+            let Some(pass) = self.coverage.lacking(block) else {
+                return Ok(());
+            };
+            let plane = pass.way.half_plane_deg();
+            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.way.half_plane_deg() == plane);
+            let Some(planned) = visits.iter().rev().find(is_of_plane) else {
+                return Ok(());
+            };
+            self.look_at_wall_clock()?;
+            self.awake(async |session| session.pause_if_asked().await).await?;
+            let ((c_deg, from), (_, to)) = (pass.from_deg(), pass.to_deg());
+            self.note(&format!(
+                "C {c_deg}° is swept once more from γ {from}° to {to}°: no sweep of it has light everywhere"
+            ))?;
+            let visit = Visit {
+                pass: Some(pass),
+                gamma_deg: from,
+                again: true,
+                ..*planned
+            };
+            let follows_drift = block.reference_every.is_some_and(|every| again % every == 0);
+            self.awake(async |session| {
+                session.prove_lamp(block, &visit).await?;
+                if follows_drift {
+                    session.visit(block, &visit.reference_before(), (0, &[])).await?;
+                }
+                session.visit(block, &visit, (0, &[])).await
+            })
+            .await?;
+        }
+        if !self.coverage.lacks(block) {
+            return Ok(());
+        }
+        Err(ScanError::Gaps {
+            block: block.name.clone(),
+            again: MOST_AGAIN,
+            planes: self.coverage.words(block),
+        })
+    }
+}
+
+impl Visit {
+    /// Whether it counts among the points of the plan.
+    pub(super) fn counts(&self) -> bool {
+        self.role == Role::Point && !self.again
+    }
+}
