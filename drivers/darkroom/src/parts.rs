@@ -41,6 +41,13 @@ pub struct Lamp {
     pub aim_spread_deg: f64,
     /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other seeds.
     pub seed: u64,
+    /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times 1 + rise · sin²θ
+    /// + lean · sin θ · cos(C − azimuth), θ from that axis.
+    pub phosphor_rise_rel: f64,
+    /// What of that has one side: a phosphor that lies thicker towards the azimuth.
+    pub phosphor_lean_rel: f64,
+    /// C of that side, degrees.
+    pub phosphor_lean_azimuth_deg: f64,
     /// Time from switching on to light, and from off to dark, s.
     pub switch_s: f64,
     /// Rated supply voltage, V (RMS).
@@ -98,6 +105,9 @@ impl Default for Lamp {
             flux_spread_rel: 0.03,
             aim_spread_deg: 0.2,
             seed: 0,
+            phosphor_rise_rel: 0.0,
+            phosphor_lean_rel: 0.0,
+            phosphor_lean_azimuth_deg: 0.0,
             switch_s: 0.05,
             voltage_v: 24.0,
             power_w: 4.2,
@@ -371,11 +381,18 @@ pub struct Camera {
     pub noise_abs: f64,
     /// Standard deviation of a bin relative to its signal.
     pub noise_rel: f64,
+    /// Wavelength of its largest quantum efficiency, a Gaussian over the wavelength, nm; 0: it sees as V(λ) does.
+    /// `full_scale_lx` is of the light along an LED's axis.
+    pub qe_peak_nm: f64,
+    /// Standard deviation of that Gaussian, nm.
+    pub qe_width_nm: f64,
 }
 
 impl Default for Camera {
     fn default() -> Self {
         Self {
+            qe_peak_nm: 0.0,
+            qe_width_nm: 100.0,
             full_scale_lx: 1350.0,
             noise_abs: 1.0e-4,
             noise_rel: 0.0015,

@@ -56,6 +56,14 @@ pub(crate) fn lamp(rules: &mut Rules, lamp: &Lamp) {
     );
     rules.within("lamp.flux_spread_rel", lamp.flux_spread_rel, 0.0, 0.3);
     rules.within("lamp.aim_spread_deg", lamp.aim_spread_deg, 0.0, 10.0);
+    rules.within("lamp.phosphor_rise_rel", lamp.phosphor_rise_rel, -0.5, 2.0);
+    rules.within("lamp.phosphor_lean_rel", lamp.phosphor_lean_rel, -0.4, 0.4);
+    rules.within(
+        "lamp.phosphor_lean_azimuth_deg",
+        lamp.phosphor_lean_azimuth_deg,
+        -360.0,
+        360.0,
+    );
     rules.within("lamp.switch_s", lamp.switch_s, 0.0, 3600.0);
     rules.require(
         "lamp.ring_diameter_mm",
@@ -156,6 +164,8 @@ pub(crate) fn camera(rules: &mut Rules, camera: &Camera) {
     rules.positive("camera.full_scale_lx", camera.full_scale_lx);
     rules.within("camera.noise_abs", camera.noise_abs, 1e-9, 1.0);
     rules.within("camera.noise_rel", camera.noise_rel, 0.0, 1.0);
+    rules.within("camera.qe_peak_nm", camera.qe_peak_nm, 0.0, 1500.0);
+    rules.within("camera.qe_width_nm", camera.qe_width_nm, 1.0, 1e4);
 }
 
 pub(crate) fn injected_effects(rules: &mut Rules, injected_effects: &InjectedEffects) {
