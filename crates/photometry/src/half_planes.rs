@@ -125,9 +125,21 @@ impl HalfPlanes {
         self.assumed
     }
 
-    /// C of the half-planes of the full circle, rising, in degrees.
-    pub fn c_deg(&self) -> impl Iterator<Item = f64> + '_ {
-        self.planes.iter().map(|plane| plane.c_deg)
+    /// The half-planes of the full circle by C, in degrees: for each its γ, rising, with the number of the direction that
+    /// was given for it. A direction at a pole is in all of them.
+    pub fn planes(&self) -> impl Iterator<Item = (f64, &[(f64, usize)])> {
+        self.planes.iter().map(|plane| (plane.c_deg, plane.nodes.as_slice()))
+    }
+
+    /// Whether γ lies between the first and the last direction of the half-plane nearest to C.
+    pub fn holds(&self, c_deg: f64, gamma_deg: f64) -> bool {
+        let away = |plane: &HalfPlane| {
+            let turned = (c_deg - plane.c_deg).rem_euclid(360.0);
+            turned.min(360.0 - turned)
+        };
+        let nearest = self.planes.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        let nodes = nearest.map_or(&[][..], |plane| plane.nodes.as_slice());
+        matches!((nodes.first(), nodes.last()), (Some((first, _)), Some((last, _))) if (*first..=*last).contains(&gamma_deg))
     }
 
     /// Hands the number of each direction that the value at (C, γ) is made of to `each`, with its weight; the same
@@ -229,6 +241,10 @@ mod tests {
         // Beyond its last direction a half-plane holds it.
         assert_eq!(value(&of, &values, 270.0, 90.0), value(&of, &values, 270.0, 80.0));
         assert_eq!(value(&of, &values, 0.0, 170.0), value(&of, &values, 0.0, 90.0));
+        assert!(
+            of.holds(230.0, 85.0) && !of.holds(200.0, 91.0),
+            "by the nearest half-plane"
+        );
     }
 
     #[test]

@@ -116,6 +116,7 @@ pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) ->
     let outdated = outdated(&folder, &made);
     keep_model(&folder, kept)?;
     remove_raw(&folder, &made)?;
+    remove_colours(&folder, &made)?;
     for file in &made {
         files::write(&folder.join(&file.name), &file.bytes, overwrite)?;
     }
@@ -232,6 +233,23 @@ fn remove_raw(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Result<
         return Ok(());
     }
     std::fs::remove_file(&file).map_err(|error| Failure::instrument(format!("{file}: {error}")))
+}
+
+/// Removes the spectra of directions that an earlier reduction wrote and this one does not.
+fn remove_colours(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Result<(), Failure> {
+    let folder = results.join(isolux_reduce::COLOUR_FOLDER);
+    let failed = |error: std::io::Error| Failure::instrument(format!("{folder}: {error}"));
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    for entry in folder.read_dir_utf8().map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = format!("{}/{}", isolux_reduce::COLOUR_FOLDER, entry.file_name());
+        if entry.path().extension() == Some("spdx") && !made.iter().any(|file| file.name == name) {
+            std::fs::remove_file(entry.path()).map_err(failed)?;
+        }
+    }
+    Ok(())
 }
 
 /// Names and bytes of the record's own files, for their hashes.
