@@ -185,7 +185,7 @@ impl Direction {
         let illuminance_lx = spectrum.luminous_integral();
         if illuminance_lx.is_nan() || illuminance_lx <= LEAST_OF_NOISE * u_lx || spectrum.integral() <= 0.0 {
             return Ok(Err(format!(
-                "too dark: {illuminance_lx:.2} lx, noise {u_lx:.2} lx; nearer, with longer integration or more repeats it would \
+                "too dark: {illuminance_lx:.3} lx with a noise of {u_lx:.3} lx; nearer, with longer integration or more repeats it would \
                  count"
             )));
         }
