@@ -241,10 +241,8 @@ mod tests {
         // Beyond its last direction a half-plane holds it.
         assert_eq!(value(&of, &values, 270.0, 90.0), value(&of, &values, 270.0, 80.0));
         assert_eq!(value(&of, &values, 0.0, 170.0), value(&of, &values, 0.0, 90.0));
-        assert!(
-            of.holds(230.0, 85.0) && !of.holds(200.0, 91.0),
-            "by the nearest half-plane"
-        );
+        let within = [(200.0, 85.0), (230.0, 85.0), (200.0, 91.0)].map(|(c, gamma)| of.holds(c, gamma));
+        assert_eq!(within, [true, false, false], "by the nearest half-plane");
     }
 
     #[test]
