@@ -3,10 +3,11 @@
 use isolux_record::observation::OneOrTwo;
 use serde::{Deserialize, Serialize};
 
+use crate::colour::ColourDocument;
 use crate::effect::{Effect, EffectError, Notes};
 use crate::emitter::Emitter;
 use crate::luminaire::Interpolation;
-use crate::optics::{CameraSheet, ColourDocument, Lens, TargetDocument, VapourDocument, WindowDocument};
+use crate::optics::{CameraSheet, Lens, TargetDocument, VapourDocument, WindowDocument};
 use crate::refined::Refined;
 
 /// The `format` of a model file.
@@ -47,6 +48,8 @@ pub(crate) struct LuminaireDocument {
     pub refined: Option<Refined>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<toml::Table>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub colour: Vec<ColourDocument>,
 }
 
 /// What a diagnosis refits freely, because its uncertainty is not known: `[luminaire.trust]`. A file that states its

@@ -9,6 +9,7 @@
 mod angle_table;
 mod attitude;
 mod bench;
+mod colour;
 mod direction_noise;
 mod document;
 mod effect;
@@ -33,6 +34,7 @@ mod smoothed_spectrum;
 mod spectrum;
 
 pub use bench::{CorrectedReading, NoInverse};
+pub use colour::{ColourError, ColourOverAngle};
 pub use direction_noise::DirectionError;
 pub use document::{Accuracy, ShapeTrust, SpectrumUncertainty, Trust, Uncertainty, UncertaintyScale};
 pub use effect::{Effect, EffectError};

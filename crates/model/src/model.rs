@@ -6,6 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_photometry::DistributionError;
 use isolux_record::document::{DocumentError, Fault, SourceText, read_text};
 
+use crate::colour::{self, ColourOverAngle};
 use crate::document::{
     LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, ShapeTrust, SpectrumUncertainty, Trust, Uncertainty,
     UncertaintyScale, effect_from_table, table_from_effect,
@@ -38,6 +39,7 @@ pub struct Model {
     folder: Utf8PathBuf,
     /// The spectrum of the file with less noise, where the file says how much it has.
     smoothed_spectrum: Option<Arc<SmoothedSpectrum>>,
+    colour: Option<Arc<ColourOverAngle>>,
 }
 
 /// Names of the effects that a simulation applies, and of those that it does not, in file order.
@@ -61,6 +63,7 @@ impl Model {
             u_scale: UncertaintyScale::default(),
             folder: Utf8PathBuf::new(),
             smoothed_spectrum: None,
+            colour: None,
         }
     }
 
@@ -130,6 +133,13 @@ impl Model {
             }
             (None, None) => Spectral::None,
         };
+        let colour = colour::read(&reader, "luminaire.colour", &document.colour)?;
+        if colour.is_some() && !matches!(spectral, Spectral::Spectrum(_)) {
+            return Err(fault(
+                "luminaire.colour",
+                "spectra over angle need luminaire.spectrum, that of the axis".into(),
+            ));
+        }
         let refined = document.refined.clone().unwrap_or_default();
         if !refined.is_possible() {
             return Err(fault(
@@ -193,6 +203,7 @@ impl Model {
         };
         let model = Self {
             smoothed_spectrum,
+            colour: colour.map(Arc::new),
             luminaire: Arc::new(Luminaire::on_grid(distribution, grid, interpolation, emitter, spectral)),
             refined,
             effects,
@@ -277,8 +288,14 @@ impl Model {
         Self {
             luminaire: Arc::new(luminaire),
             smoothed_spectrum: self.smoothed_spectrum.clone().filter(|_| same),
+            colour: self.colour.clone().filter(|_| same),
             ..self.clone()
         }
+    }
+
+    /// The spectra over angle, where the file names some.
+    pub fn colour(&self) -> Option<&ColourOverAngle> {
+        self.colour.as_deref()
     }
 
     pub(crate) fn smoothed_spectrum(&self) -> Option<&SmoothedSpectrum> {
@@ -289,6 +306,7 @@ impl Model {
     pub fn files(&self) -> Vec<(String, Utf8PathBuf)> {
         std::iter::once(&self.document.distribution)
             .chain(&self.document.spectrum)
+            .chain(self.document.colour.iter().map(|entry| &entry.spectrum))
             .map(|name| (name.clone(), self.folder.join(name)))
             .collect()
     }
@@ -304,6 +322,9 @@ impl Model {
         let mut document = (*self.document).clone();
         document.distribution = name(&document.distribution);
         document.spectrum = document.spectrum.as_ref().map(name);
+        for entry in &mut document.colour {
+            entry.spectrum = name(&entry.spectrum);
+        }
         Self {
             document: Arc::new(document),
             ..self.clone()

@@ -6,6 +6,7 @@ use isolux_record::document::{DocumentError, Fault, SourceText, read_text};
 use isolux_spectrum::Spectrum;
 use serde::Deserialize;
 
+use crate::colour::{self, ColourDocument, ColourOverAngle};
 use crate::photometric_file::read_spectrum;
 
 /// A number for every wavelength, or a spectrum of it.
@@ -116,8 +117,8 @@ pub struct Optics {
     pub target: Option<Target>,
     /// What images the target.
     pub lens: Option<Lens>,
-    /// Spectra at γ, rising: linear between them per lumen, the last ones held beyond.
-    pub colour: Vec<(f64, Spectrum)>,
+    /// Spectra over angle, of the scene or else of its model.
+    pub colour: Option<ColourOverAngle>,
     /// The electronics.
     pub camera: Option<CameraSheet>,
 }
@@ -160,13 +161,6 @@ pub(crate) struct VapourDocument {
 pub(crate) struct TargetDocument {
     reflectance: Option<f64>,
     brdf: Option<String>,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ColourDocument {
-    gamma_deg: f64,
-    spectrum: String,
 }
 
 /// The tables of a scene that this module reads.
@@ -230,18 +224,7 @@ pub(crate) fn read(source: SourceText<'_>, tables: &Tables<'_>) -> Result<Optics
             ));
         }
     }
-    let mut colour: Vec<(f64, Spectrum)> = Vec::new();
-    for (index, entry) in tables.colour.iter().enumerate() {
-        reader.within(&format!("colour.{index}.gamma_deg"), entry.gamma_deg, 0.0, 180.0)?;
-        if colour.last().is_some_and(|(before, _)| *before >= entry.gamma_deg) {
-            return Err(reader.fault(&format!("colour.{index}.gamma_deg"), "angles must rise"));
-        }
-        let spectrum = reader.spectrum(&format!("colour.{index}.spectrum"), &entry.spectrum)?;
-        if spectrum.ler_lm_per_w().is_none_or(|ler| ler <= 0.0) {
-            return Err(reader.fault(&format!("colour.{index}.spectrum"), "holds no visible light"));
-        }
-        colour.push((entry.gamma_deg, spectrum));
-    }
+    let colour = colour::read(&reader, "colour", tables.colour)?;
     if let Some(camera) = &tables.camera {
         reader.camera(camera)?;
     }

@@ -161,7 +161,8 @@ impl Scene {
             colour: &document.colour,
             camera: given.camera,
         };
-        let optics = optics::read(source, &tables)?;
+        let mut optics = optics::read(source, &tables)?;
+        optics.colour = optics.colour.or_else(|| model.colour().cloned());
         if optics.camera.is_some() && responsivity.is_none() {
             return Err(reader.fault(
                 "sensor.camera",

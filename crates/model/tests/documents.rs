@@ -163,6 +163,83 @@ fn a_model_can_move_with_its_files() {
 }
 
 #[test]
+fn spectra_over_angle_move_with_their_model_and_what_is_wrong_with_them_is_said() {
+    let folder = Folder::new();
+    let line = |nm: u32, value: f64| format!("wavelength_nm,value\n{},0\n{nm},{value}\n{},0\n", nm - 1, nm + 1);
+    std::fs::create_dir(folder.path("sub")).unwrap();
+    for (name, nm) in [
+        ("axis.csv", 555),
+        ("sub/a.csv", 560),
+        ("sub/b.csv", 600),
+        ("dark.csv", 900),
+    ] {
+        std::fs::write(folder.path(name), line(nm, 2.0)).unwrap();
+    }
+    let entry = |c: &str, gamma: &str, file: &str| {
+        format!("[[luminaire.colour]]\n{c}gamma_deg = {gamma}\nspectrum = \"{file}\"\n")
+    };
+    let head = format!("{HEAD}spectrum = \"axis.csv\"\n");
+    let good = head.clone()
+        + &entry("", "0.0", "axis.csv")
+        + &entry("c_deg = 0.0\n", "40.0", "sub/a.csv")
+        + &entry("c_deg = 180.0\n", "40.0", "sub/b.csv");
+    let model = Model::parse(&folder.path("m.toml"), &good).unwrap();
+    let colour = model.colour().unwrap();
+    assert_eq!(colour.directions_deg(), [(0.0, 0.0), (0.0, 40.0), (180.0, 40.0)]);
+    assert_eq!(model.files().len(), 5);
+    assert_eq!(model.files()[4], ("sub/b.csv".to_owned(), folder.path("sub/b.csv")));
+    let again = Model::parse(&folder.path("again.toml"), &model.to_toml()).unwrap();
+    assert_eq!(again.colour(), model.colour());
+    let moved = model.beside_its_files().to_toml();
+    assert!(moved.contains("\"a.csv\"") && !moved.contains("sub/"), "{moved}");
+    // A scene has the spectra of its model, or its own in their place.
+    std::fs::write(folder.path("m.toml"), &good).unwrap();
+    let scene =
+        "format = \"isolux-scene/1\"\nmodel = \"m.toml\"\n[sensor]\nsize_mm = 24.0\npixels = 2\ndistance_mm = 500\n";
+    let of = |text: &str| {
+        Scene::parse(&folder.path("scene.toml"), text)
+            .unwrap()
+            .optics
+            .colour
+            .unwrap()
+    };
+    assert_eq!(&of(scene), model.colour().unwrap());
+    let own = of(&format!(
+        "{scene}[[colour]]\ngamma_deg = 0.0\nspectrum = \"axis.csv\"\n"
+    ));
+    assert_eq!(own.directions_deg(), [(0.0, 0.0)]);
+
+    for (text, expected) in [
+        (HEAD.to_owned() + &entry("", "0.0", "axis.csv"), "luminaire.spectrum"),
+        (
+            head.clone() + &entry("", "190.0", "axis.csv"),
+            "m.toml:7:1: luminaire.colour.0.gamma_deg",
+        ),
+        (
+            head.clone() + &entry("", "0.0", "none.csv"),
+            "m.toml:8:1: luminaire.colour.0.spectrum",
+        ),
+        (head.clone() + &entry("", "0.0", "dark.csv"), "no visible light"),
+        (
+            good.clone() + &entry("c_deg = 360.0\n", "40.0", "axis.csv"),
+            "given twice",
+        ),
+        (good.clone() + &entry("", "50.0", "axis.csv"), "lacks c_deg"),
+        (
+            head.clone() + &entry("", "40.0", "axis.csv") + &entry("", "30.0", "axis.csv"),
+            "angles must rise",
+        ),
+        (
+            head + &entry("c_deg = 0.0\n", "40.0", "axis.csv") + &entry("c_deg = 100.0\n", "40.0", "axis.csv"),
+            "do not go round",
+        ),
+    ] {
+        let found = folder.complaint(&text);
+        assert!(found.contains(expected), "{found}\n  for {expected}");
+    }
+}
+
+#[test]
 fn a_scene_is_a_model_and_a_sensor() {
     let folder = Folder::new();
     std::fs::write(folder.path("m.toml"), HEAD).unwrap();

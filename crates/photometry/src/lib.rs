@@ -9,17 +9,21 @@
 //! Frame (CIE 121, EN 13032-1): d(C, γ) = (sin γ cos C, sin γ sin C, cos γ).
 
 mod around;
+mod circle;
 mod curve;
 mod direction;
 mod distribution;
 mod divergence;
 mod flux;
+mod half_planes;
 mod smooth;
 mod symmetry;
 
 pub use around::{AroundSpline, BEYOND_RINGS, Missed, Ring};
+pub use circle::{Circle, NotRound};
 pub use direction::{angles_deg, direction, polar_deg};
 pub use distribution::{DistributionError, IntensityDistribution, Peak};
 pub use divergence::Divergence;
 pub use flux::linear_times_sine;
+pub use half_planes::{HalfPlanes, HalfPlanesError};
 pub use symmetry::{Symmetry, SymmetryError};

@@ -35,6 +35,18 @@ pub struct Common {
 }
 
 impl Common {
+    /// What adds to every intensity alike, cd.
+    pub fn added_cd(&self) -> f64 {
+        let parts = [
+            self.dark_noise_cd,
+            self.dark_digit_cd,
+            self.offset_cd,
+            self.ambient_cd,
+            self.stray_cd,
+        ];
+        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
+    }
+
     /// What they make of a weighted sum Σ w·I: of its value, of the sum of its weights, and of its slope over γ per
     /// degree.
     fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 9] {

@@ -1,4 +1,4 @@
-//! Colour of the spectrum on the axis, with uncertainty: every number is computed again from the spectrum with one
+//! Colour of a spectrum, with uncertainty: every number is computed again from the spectrum with one
 //! thing after the other moved, by its standard uncertainty or by a small step (JCGM 100, 5.1.3, note 2).
 
 use isolux_spectrum::Spectrum;
@@ -37,7 +37,7 @@ pub struct Colour {
 }
 
 /// How many numbers.
-const COUNT: usize = 10;
+pub const COUNT: usize = 10;
 /// Values of the spectrum (1 nm) that share a slope.
 const EVERY: usize = 10;
 /// By what a value is moved, relative to the largest.
@@ -51,16 +51,24 @@ impl Colour {
         let shape = change(shape_changed(spectrum, known.shape_rel));
         let bow = change(bow_changed(spectrum, known.shape_rel));
         let wavelength = change(wavelengths_changed(spectrum, known.wavelength_nm));
-        let noise = noise(spectrum, u_w_m2_nm, &centre);
+        let parts = [
+            ("noise", noise(spectrum, u_w_m2_nm, &centre)),
+            ("calibration_shape", shape),
+            ("calibration_bow", bow),
+            ("wavelength", wavelength),
+        ];
+        Self::from_parts(&centre, &parts, &known.colour)
+    }
+
+    /// Of the numbers of a spectrum, the parts of their uncertainty, and what is missing in it.
+    pub fn from_parts(
+        centre: &[Option<f64>; COUNT],
+        parts: &[(&'static str, [f64; COUNT])],
+        missing: &[String],
+    ) -> Self {
         let quantity = |number: usize, unit| {
-            let parts = [
-                ("noise", noise[number]),
-                ("calibration_shape", shape[number]),
-                ("calibration_bow", bow[number]),
-                ("wavelength", wavelength[number]),
-            ];
-            let value = centre[number]?;
-            Some(Quantity::new(value, unit, parts).lacking(known.colour.iter().cloned()))
+            let parts = parts.iter().map(|(name, part)| (*name, part[number]));
+            Some(Quantity::new(centre[number]?, unit, parts).lacking(missing.iter().cloned()))
         };
         Self {
             cct: quantity(0, "K"),
@@ -79,7 +87,7 @@ impl Colour {
 
 /// What the scatter of the values leaves in each number. Its slope is taken every [`EVERY`] values and held between
 /// them: colour matching functions and test colours are tens of nanometres wide.
-fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUNT]) -> [f64; COUNT] {
+pub fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUNT]) -> [f64; COUNT] {
     let largest = spectrum
         .value()
         .iter()
@@ -101,7 +109,8 @@ fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUNT]) 
     squares.map(f64::sqrt)
 }
 
-fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
+/// CCT, Duv, x, y, u′, v′, Ra, R9, Rf, Rg; none where the light has no such number.
+pub fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
     let chromaticity = spectrum.chromaticity();
     let uv = chromaticity.map(isolux_spectrum::Chromaticity::uv_1976);
     let nearest = chromaticity.and_then(nearest_planckian);
@@ -123,7 +132,7 @@ fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
 }
 
 /// By what each number of `changed` differs from `centre`; zero where one of them is none.
-fn changes(centre: &[Option<f64>; COUNT], changed: Option<&Spectrum>) -> [f64; COUNT] {
+pub fn changes(centre: &[Option<f64>; COUNT], changed: Option<&Spectrum>) -> [f64; COUNT] {
     let there = changed.map_or([None; COUNT], numbers);
     std::array::from_fn(|number| match (there[number], centre[number]) {
         (Some(there), Some(centre)) => there - centre,

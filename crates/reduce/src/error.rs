@@ -1,6 +1,6 @@
 //! Why a run gives no result.
 
-use isolux_photometry::DistributionError;
+use isolux_photometry::{DistributionError, NotRound};
 use isolux_record::spectra::SpectrumError;
 
 /// Why a run gives no distribution or no spectrum. Nothing is written then: no file that looks whole.
@@ -57,16 +57,8 @@ pub enum ReduceError {
         expected: usize,
     },
     /// The half-planes leave a part of the circle out.
-    #[error(
-        "the half-planes do not go round: nothing was measured between C {from_c_deg}° and C {to_c_deg}°; measure C 0° to 360°, \
-         or, for a lamp that is taken as symmetric, C 0° to 90° or C 0° to 180°, both ends included"
-    )]
-    NotRound {
-        /// The last half-plane before the gap.
-        from_c_deg: f64,
-        /// The first behind it.
-        to_c_deg: f64,
-    },
+    #[error(transparent)]
+    NotRound(#[from] NotRound),
     /// The scan of the distribution ended in its first half-plane.
     #[error(
         "{found} of the {planned} directions of the distribution were read and no half-plane is whole; go on with --resume"

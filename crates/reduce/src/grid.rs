@@ -1,10 +1,9 @@
 //! Samples → one intensity distribution, with one value at the poles.
 
-use isolux_photometry::{IntensityDistribution, Symmetry};
+use isolux_photometry::{Circle, IntensityDistribution, Symmetry};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::circle::Circle;
 use crate::error::ReduceError;
 use crate::samples::Sample;
 

@@ -18,6 +18,8 @@ pub struct Known {
     pub level: Vec<String>,
     /// Missing in its colour.
     pub colour: Vec<String>,
+    /// Missing where nothing bounds its stray light.
+    pub stray_missing: Vec<String>,
 }
 
 impl Known {
@@ -45,9 +47,10 @@ impl Known {
         // Nothing was put before the lamp for the spectrum: what comes another way is in it.
         known.stray_rel = stated(
             of(|settings| settings.stray_max_rel).map(|bound| bound / 3.0_f64.sqrt()),
-            &mut known.level,
+            &mut known.stray_missing,
             "the spectrum is not corrected for stray light (spectroradiometer.stray_max_rel)",
         );
+        known.level.extend(known.stray_missing.iter().cloned());
         known.shape_rel = stated(
             of(|settings| settings.u_shape_rel),
             &mut known.colour,

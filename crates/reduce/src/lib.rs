@@ -30,7 +30,9 @@ mod interpolation;
 mod known;
 mod near_field;
 mod notes;
+mod one_nm;
 mod order;
+mod over_angle;
 mod partial;
 mod pipeline;
 mod quantity;
@@ -68,9 +70,12 @@ pub use feasibility::check_feasibility;
 pub use finding::{Accepted, Evidence, Finding, note};
 pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
+pub use over_angle::{
+    AverageColour, ColourOverAngle, DirectionColour, LargestDifference, LeftOut, OverAngle, TotalColour,
+};
 pub use partial::Partial;
 pub use quantity::{Quantity, no_uncertainty};
-pub use results::{Budget, ResultFile, Subtracted, budget_of, file_name, files, photometric};
+pub use results::{Budget, COLOUR_FOLDER, ResultFile, Subtracted, budget_of, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
 pub use spectral::{SpectralResult, on_axis};
@@ -100,6 +105,8 @@ pub struct Reduction {
     pub grid: Grid,
     /// The spectrum on the axis, if one was taken.
     pub spectral: Option<SpectralResult>,
+    /// Colour over angle, if spectra were taken off the axis.
+    pub over_angle: Option<OverAngle>,
     /// Offset, ambient and stray light.
     pub background: Background,
     /// Which of them were subtracted.

@@ -1,6 +1,7 @@
 //! The files of `results/` that reduction makes. No clock and no path in them: the same run gives the same bytes.
 
 mod budget;
+mod colours;
 mod directions;
 mod file;
 mod model_file;
@@ -12,6 +13,7 @@ use isolux_record::run::Run;
 use serde_json::{Value, json};
 
 pub use budget::{Budget, Subtracted};
+pub use colours::FOLDER as COLOUR_FOLDER;
 pub use file::ResultFile;
 pub use photometric::photometric;
 
@@ -63,6 +65,7 @@ pub fn files(
     });
     files.extend(spectral_files(reduction, run, program));
     files.extend(observed_spectrum(reduction, run));
+    files.extend(colours::files(reduction, run, program));
     let model = model_toml(reduction, run, run_files);
     files.push(ResultFile {
         name: named("luminaire.model.toml"),

@@ -4,7 +4,7 @@ use isolux_record::ReadingKind;
 use isolux_record::observation::SharedErrors;
 use isolux_record::plan::Instrument;
 use isolux_record::run::Run;
-use isolux_record::spectra::{DarkSubtraction, SpectralIrradiance, SpectrumRecord};
+use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
@@ -13,8 +13,8 @@ use crate::colour::{Colour, bow_changed, shape_changed, wavelengths_changed};
 use crate::correction::Correction;
 use crate::error::ReduceError;
 use crate::known::Known;
+use crate::one_nm::AtOneNm;
 use crate::quantity::Quantity;
-use crate::spectral_noise::with_expected_noise;
 
 /// The spectrum of a run on the axis, at 1 nm.
 #[derive(Debug, Clone)]
@@ -51,21 +51,8 @@ pub struct SpectralResult {
 /// # Errors
 /// [`ReduceError`] for saturation where there is light, or no calibration.
 pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, ReduceError> {
-    let dark = if options.without.contains(&Correction::SpectralDark) {
-        DarkSubtraction::Off
-    } else {
-        DarkSubtraction::Spectrum
-    };
-    let plan_has_block = |name: &str| {
-        run.header
-            .plan
-            .blocks()
-            .iter()
-            .any(|block| block.name == name && block.instrument == Instrument::Spectroradiometer)
-    };
-    let on_axis = |record: &&SpectrumRecord| {
-        record.kind == ReadingKind::Lit && record.gamma_deg.abs() < 0.5 && plan_has_block(&record.block)
-    };
+    let dark = subtracted(options);
+    let on_axis = |record: &&SpectrumRecord| is_lit(run, record) && record.gamma_deg.abs() < ON_AXIS_DEG;
     let Some(first) = run.spectra.iter().find(on_axis) else {
         return Ok(None);
     };
@@ -76,71 +63,12 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
         .filter(|record| record.distance_mm == first.distance_mm)
         .collect();
     let calibration = run.header.spectral.as_ref().ok_or(ReduceError::NoCalibration)?;
-    let mut value = Vec::new();
-    let mut variance = Vec::new();
-    let mut expected = Vec::new();
-    let mut wavelength = Vec::new();
-    for record in &records {
-        let light = record.irradiance(calibration, dark)?;
-        let quiet = with_expected_noise(record).irradiance(calibration, dark)?;
-        let calibrated: Vec<usize> = (0..record.pixels.len())
-            .filter(|&pixel| record.pixels[pixel].factor_w_m2_nm > 0.0)
-            .collect();
-        if calibrated.len() < 2 {
-            return Err(ReduceError::Uncalibrated { index: record.index });
-        }
-        let saturated: Vec<usize> = calibrated
-            .iter()
-            .copied()
-            .filter(|&pixel| light.irradiance_w_m2_nm[pixel].is_none())
-            .collect();
-        if let Some(&pixel) = saturated.first() {
-            let (pixels, wavelength_nm) = (saturated.len(), record.pixels[pixel].wavelength_nm);
-            return Err(ReduceError::Saturated {
-                index: record.index,
-                pixels,
-                wavelength_nm,
-            });
-        }
-        let at: Vec<f64> = calibrated
-            .iter()
-            .map(|&pixel| record.pixels[pixel].wavelength_nm)
-            .collect();
-        let of: Vec<f64> = calibrated
-            .iter()
-            .filter_map(|&pixel| light.irradiance_w_m2_nm[pixel])
-            .collect();
-        let u = |of: &SpectralIrradiance| -> Vec<f64> { calibrated.iter().map(|&pixel| of.u_w_m2_nm[pixel]).collect() };
-        let (u, u_expected) = (u(&light), u(&quiet));
-        let (grid, bins) = bins(&at);
-        if grid.len() < 2 {
-            return Err(ReduceError::Uncalibrated { index: record.index });
-        }
-        if wavelength.is_empty() {
-            (wavelength, value) = (grid.clone(), vec![0.0; grid.len()]);
-            (variance, expected) = (value.clone(), value.clone());
-        }
-        // The weight of each pixel in all values together.
-        let mut all_of = vec![0.0; of.len()];
-        for &(pixel, weight) in bins.iter().flatten() {
-            all_of[pixel] += weight;
-        }
-        let n = records.len() as f64;
-        for (place, weights) in bins.iter().enumerate().take(value.len()) {
-            value[place] += weights.iter().map(|&(pixel, weight)| weight * of[pixel]).sum::<f64>() / n;
-            variance[place] += weights
-                .iter()
-                .map(|&(pixel, weight)| (weight * u[pixel]).powi(2))
-                .sum::<f64>()
-                / (n * n);
-            // With what it shares with its neighbours, so that sums over many values have the noise that they have.
-            expected[place] += weights
-                .iter()
-                .map(|&(pixel, weight)| weight * all_of[pixel] * u_expected[pixel].powi(2))
-                .sum::<f64>()
-                / (n * n);
-        }
-    }
+    let AtOneNm {
+        wavelength_nm: wavelength,
+        value,
+        variance,
+        expected,
+    } = AtOneNm::mean(&records, calibration, dark)?;
     let spectrum = Spectrum::new(wavelength, value)?;
     let root = |variance: Vec<f64>| -> Vec<f64> { variance.into_iter().map(f64::sqrt).collect() };
     let known = Known::of(run, dark, first.distance_mm);
@@ -152,6 +80,25 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
         ..result(spectrum, root(variance), first.distance_mm, &known)
     }))
 }
+
+/// The dark that is subtracted.
+pub fn subtracted(options: &Options) -> DarkSubtraction {
+    if options.without.contains(&Correction::SpectralDark) {
+        DarkSubtraction::Off
+    } else {
+        DarkSubtraction::Spectrum
+    }
+}
+
+/// Whether a spectrum is one of the lamp, of a block of the plan.
+pub fn is_lit(run: &Run, record: &SpectrumRecord) -> bool {
+    let mut blocks = run.header.plan.blocks().iter();
+    record.kind == ReadingKind::Lit
+        && blocks.any(|block| block.name == record.block && block.instrument == Instrument::Spectroradiometer)
+}
+
+/// A spectrum nearer to γ = 0 than this is one on the axis.
+pub const ON_AXIS_DEG: f64 = 0.5;
 
 /// The mean of times, all of which are known.
 fn middle(times: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
@@ -222,61 +169,9 @@ fn v_at(wavelength_nm: f64) -> f64 {
     }
 }
 
-/// For every whole nanometre whose ± ½ nm the pixels cover: weights of the pixels in the mean of their linear
-/// interpolant over that nanometre. Sampling it instead would throw away most of the pixels and keep their noise.
-fn bins(at_nm: &[f64]) -> (Vec<f64>, Vec<Vec<(usize, f64)>>) {
-    let (first, last) = (at_nm[0], at_nm[at_nm.len() - 1]);
-    let (from, to) = ((first + 0.5).ceil().max(200.0), (last - 0.5).floor().min(2500.0));
-    let mut grid = Vec::new();
-    let mut all = Vec::new();
-    let mut nm = from;
-    while nm <= to {
-        let (low, high) = (nm - 0.5, nm + 0.5);
-        let begin = at_nm.partition_point(|at| *at <= low).saturating_sub(1);
-        let mut weights: Vec<(usize, f64)> = Vec::new();
-        let mut add = |pixel: usize, weight: f64| match weights.iter_mut().find(|(known, _)| *known == pixel) {
-            Some((_, sum)) => *sum += weight,
-            None => weights.push((pixel, weight)),
-        };
-        for pixel in begin..at_nm.len() - 1 {
-            let (left, right) = (at_nm[pixel], at_nm[pixel + 1]);
-            if left >= high {
-                break;
-            }
-            let (a, b) = (left.max(low), right.min(high));
-            if b <= a {
-                continue;
-            }
-            // ∫ over [a, b] of the line through both pixels, as weights of the two.
-            let share = (0.5 * (a + b) - left) / (right - left);
-            add(pixel, (b - a) * (1.0 - share));
-            add(pixel + 1, (b - a) * share);
-        }
-        grid.push(nm);
-        all.push(weights);
-        nm += 1.0;
-    }
-    (grid, all)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_line_is_kept_and_noise_averaged() {
-        let at: Vec<f64> = (0..1500).map(|pixel| 350.2 + 0.31 * f64::from(pixel)).collect();
-        let (grid, weights) = bins(&at);
-        assert_eq!(grid[0], 351.0);
-        for (nm, weights) in grid.iter().zip(&weights) {
-            let mean: f64 = weights
-                .iter()
-                .map(|&(pixel, weight)| weight * (3.0 * at[pixel] + 1.0))
-                .sum();
-            assert!((mean - (3.0 * nm + 1.0)).abs() < 1e-9);
-            assert!((weights.iter().map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
-        }
-    }
 
     #[test]
     fn noise_of_every_pixel_reaches_efficacy_and_colour() {

@@ -623,10 +623,10 @@ fn a_quadrant_is_a_symmetric_lamp_and_says_so() {
     assert!(
         matches!(
             open,
-            ReduceError::NotRound {
+            ReduceError::NotRound(isolux_photometry::NotRound {
                 from_c_deg: 165.0,
                 to_c_deg: 0.0
-            }
+            })
         ),
         "{open}"
     );

@@ -18,6 +18,11 @@ pub fn photon_irradiance(irradiance_w_m2: f64, spectrum: &Spectrum, efficiency: 
     (power > 0.0).then(|| irradiance_w_m2 * photons / power)
 }
 
+/// Photons of one joule at a wavelength: λ/(h·c).
+pub fn photons_per_joule(wavelength_nm: f64) -> f64 {
+    wavelength_nm * 1e-9 / HC_J_M
+}
+
 /// Irradiance in W/m² within [from, to) nm, of light of `irradiance_w_m2` in all.
 pub fn band_irradiance(irradiance_w_m2: f64, spectrum: &Spectrum, from_nm: f64, to_nm: f64) -> Option<f64> {
     let (mut all, mut band) = (0.0, 0.0);

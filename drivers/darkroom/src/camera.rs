@@ -92,7 +92,7 @@ impl Room {
         let signal_per_lx = exposure / full_scale_lx;
         let mut map = vec![0.0; nx * ny];
         if !pose.capped {
-            let geometry = Geometry::new(self, pose);
+            let geometry = Geometry::new(self, pose, unit);
             let splits = splits_per_bin(frame, pose);
             for iy in 0..ny {
                 for ix in 0..nx {
@@ -109,7 +109,7 @@ impl Room {
             Unit::Relative => 1.0,
             Unit::Lux => full_scale_lx,
             Unit::WattPerSquareMetre => {
-                full_scale_lx * self.spectrum().watt_per_lux() / injected_effects.ler_scale.factor
+                full_scale_lx * self.spectrum().watt_per_lux(1.0) / injected_effects.ler_scale.factor
             }
         };
         spread
@@ -126,7 +126,7 @@ impl Room {
         let full_scale = match unit {
             Unit::Relative => 1.0,
             Unit::Lux => camera.full_scale_lx,
-            Unit::WattPerSquareMetre => camera.full_scale_lx * self.spectrum().watt_per_lux(),
+            Unit::WattPerSquareMetre => camera.full_scale_lx * self.spectrum().watt_per_lux(1.0),
         };
         let u: Vec<f64> = truth
             .iter()
@@ -221,10 +221,13 @@ struct Geometry {
     centre_mm: DVec3,
     to_lamp: DMat3,
     output: f64,
+    /// What the pixels make of a lux by its phosphor light, relative to that along an LED's axis; none where every
+    /// direction has one colour, or they see it as V(λ) does.
+    response: Option<Box<dyn Fn(f64) -> f64>>,
 }
 
 impl Geometry {
-    fn new(room: &Room, pose: &MapPose) -> Self {
+    fn new(room: &Room, pose: &MapPose, unit: Unit) -> Self {
         let injected_effects = &room.document().injected_effects;
         let stated = DMat3::from_rotation_x(pose.tilt_x_deg.to_radians())
             * DMat3::from_rotation_y(pose.tilt_y_deg.to_radians())
@@ -253,6 +256,7 @@ impl Geometry {
             ),
             to_lamp: source_lean.transpose(),
             output,
+            response: response(room, unit),
         }
     }
 
@@ -275,6 +279,9 @@ impl Geometry {
                 continue;
             }
             let mut light = ray.normal_illuminance_lx() * cos;
+            if let Some(response) = &self.response {
+                light *= response(ray.phosphor);
+            }
             if glass.plates != 0.0 {
                 light *= optics::plates_transmittance(glass.plates, glass.index, cos);
             }
@@ -284,6 +291,21 @@ impl Geometry {
             sum += light;
         }
         self.output * sum
+    }
+}
+
+/// A map in W/m² is that of a perfect radiometer; the camera's own signal goes by its quantum efficiency, in electrons a
+/// watt in proportion to the wavelength.
+fn response(room: &Room, unit: Unit) -> Option<Box<dyn Fn(f64) -> f64>> {
+    if !room.lamp().has_colours() {
+        return None;
+    }
+    let camera = &room.document().camera;
+    let electrons = |nm: f64| nm * (-0.5 * ((nm - camera.qe_peak_nm) / camera.qe_width_nm).powi(2)).exp();
+    match unit {
+        Unit::WattPerSquareMetre => Some(Box::new(room.spectrum().response(&|_| 1.0))),
+        Unit::Relative | Unit::Lux if camera.qe_peak_nm > 0.0 => Some(Box::new(room.spectrum().response(&electrons))),
+        Unit::Relative | Unit::Lux => None,
     }
 }
 
@@ -386,6 +408,80 @@ mod tests {
             let got = map[iy * 8 + ix];
             assert!((got / expected - 1.0).abs() < 2e-5, "{ix} {iy}: {got} {expected}");
         }
+    }
+
+    /// One LED before a parallel sensor: its phosphor light at each place by hand, from the angle that the place has.
+    #[test]
+    fn light_of_another_colour_has_its_own_watts_and_electrons() {
+        let mut document = Darkroom::default();
+        document.lamp.ring_diameter_mm = vec![0.0];
+        document.lamp.leds_per_ring = vec![1];
+        document.lamp.ellipticity_rel = 0.0;
+        document.lamp.aim_spread_deg = 0.0;
+        document.lamp.phosphor_rise_rel = 0.5;
+        document.lamp.phosphor_lean_rel = 0.2;
+        document.lamp.phosphor_lean_azimuth_deg = 30.0;
+        document.camera.qe_peak_nm = 530.0;
+        document.camera.qe_width_nm = 60.0;
+        let plain = Room::new(Darkroom {
+            lamp: crate::parts::Lamp {
+                phosphor_rise_rel: 0.0,
+                phosphor_lean_rel: 0.0,
+                ..document.lamp.clone()
+            },
+            ..document.clone()
+        });
+        let room = Room::new(document);
+        let fine = SensorFrame {
+            size_mm: [24.0, 24.0],
+            bins: [25, 25],
+        };
+        let pose = MapPose {
+            distance_mm: 30.0,
+            ..MapPose::default()
+        };
+        let spectrum = room.spectrum();
+        let qe = |nm: f64| nm * (-0.5 * ((nm - 530.0) / 60.0f64).powi(2)).exp();
+        let sum = |phosphor: f64, of: &dyn Fn(f64) -> f64| -> f64 {
+            (360..=830)
+                .map(|nm| of(f64::from(nm)) * spectrum.per_lux(f64::from(nm), phosphor))
+                .sum()
+        };
+        for (unit, of) in [
+            (Unit::WattPerSquareMetre, &(|_: f64| 1.0) as &dyn Fn(f64) -> f64),
+            (Unit::Relative, &qe),
+        ] {
+            let (seen, grey) = (
+                room.sensor_map(&fine, &pose, unit),
+                plain.sensor_map(&fine, &pose, unit),
+            );
+            for (ix, iy) in [(12, 12), (24, 12), (3, 20)] {
+                let place = |i: i32| (f64::from(i) + 0.5) * 24.0 / 25.0 - 12.0;
+                let direction = DVec3::new(place(ix), place(iy), 30.0).normalize();
+                let side = DVec2::from_angle(30f64.to_radians()).extend(0.0);
+                let phosphor = 1.0 + 0.5 * (1.0 - direction.z * direction.z) + 0.2 * side.dot(direction);
+                assert!(
+                    (room.phosphor(
+                        direction.y.atan2(direction.x).to_degrees(),
+                        direction.z.acos().to_degrees()
+                    ) - phosphor)
+                        .abs()
+                        < 1e-9
+                );
+                let expected = sum(phosphor, of) / sum(1.0, of);
+                let bin = (iy * 25 + ix) as usize;
+                let got = seen[bin] / grey[bin];
+                assert!(
+                    (got / expected - 1.0).abs() < 2e-5,
+                    "{unit:?} {ix} {iy}: {got} {expected}"
+                );
+            }
+        }
+        assert_eq!(
+            room.sensor_map(&fine, &pose, Unit::Lux).len(),
+            625,
+            "a map in lx is weighed by the quantum efficiency too"
+        );
     }
 
     #[test]

@@ -63,6 +63,8 @@ impl FarField {
             direction,
             distance_mm,
             intensity_cd: self.intensity_cd(direction) * (-absorption_per_mm * distance_mm).exp(),
+            // The meter that sees the floor weighs light by V(λ): its colour is not asked for.
+            phosphor: 1.0,
         }
     }
 }

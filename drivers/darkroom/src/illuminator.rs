@@ -47,6 +47,8 @@ pub struct Ray {
     pub distance_mm: f64,
     /// Luminous intensity of the LED in that direction, cd; losses near the lamp and in the air are taken off.
     pub intensity_cd: f64,
+    /// Its phosphor light against the chip's, 1 along the LED's axis.
+    pub phosphor: f64,
 }
 
 impl Ray {
@@ -71,6 +73,7 @@ impl Ray {
 pub struct Illuminator {
     leds: Vec<Led>,
     shape: Shape,
+    phosphor: Phosphor,
     absorber: Option<Absorber>,
     absorption_per_mm: f64,
     /// Sine of the largest lean of an LED (of the last light of a table beyond the horizon), the largest distance of a
@@ -89,13 +92,14 @@ impl Illuminator {
     /// its own.
     pub fn new(lamp: &Lamp, injected_effects: &InjectedEffects, seed: u64) -> Self {
         match &lamp.intensities {
-            Some(table) => Self::disc(lamp.diameter_mm(), table, injected_effects),
+            Some(table) => Self::disc(lamp, table, injected_effects),
             None => Self::rings(lamp, injected_effects, seed),
         }
     }
 
     /// A disc across the lamp's axis that radiates with `table` from every point.
-    fn disc(diameter_mm: f64, table: &Arc<LampTable>, injected_effects: &InjectedEffects) -> Self {
+    fn disc(lamp: &Lamp, table: &Arc<LampTable>, injected_effects: &InjectedEffects) -> Self {
+        let diameter_mm = lamp.diameter_mm();
         let rings = if diameter_mm > 0.0 { DISC_RINGS } else { 0 };
         let total = f64::from(1 + 3 * rings * (rings + 1));
         let place = |ring: u32, k: u32| {
@@ -124,6 +128,7 @@ impl Illuminator {
             // Its light on the floor is that of a point: a luminaire may be as large as the floor is near.
             far_mm: 0.0,
             shape: Shape::Table(table.clone()),
+            phosphor: Phosphor::of(lamp),
             absorber: Absorber::new(&injected_effects.self_absorption),
             absorption_per_mm: injected_effects.air_absorption.coefficient_per_m / 1000.0,
         }
@@ -183,6 +188,7 @@ impl Illuminator {
                 power: PowerTable::new(lamp.exponent),
                 ellipticity: lamp.ellipticity_rel,
             },
+            phosphor: Phosphor::of(lamp),
             absorber: Absorber::new(&injected_effects.self_absorption),
             absorption_per_mm: injected_effects.air_absorption.coefficient_per_m / 1000.0,
         }
@@ -210,6 +216,7 @@ impl Illuminator {
                 direction,
                 distance_mm,
                 intensity_cd,
+                phosphor: self.phosphor.towards(led.axis, direction),
             }
         })
     }
@@ -226,16 +233,26 @@ impl Illuminator {
 
     /// Luminous intensity towards the unit vector `direction` from infinitely far away, cd.
     pub fn far_field_cd(&self, direction: DVec3) -> f64 {
-        self.leds
-            .iter()
-            .map(|led| {
-                let seen = self
-                    .absorber
-                    .as_ref()
-                    .map_or(1.0, |a| a.transmittance(led.position_mm, direction));
-                self.intensity_cd(led, direction) * seen
-            })
+        self.far_field_parts(direction)
+            .map(|(intensity_cd, _)| intensity_cd)
             .sum()
+    }
+
+    /// Intensity in cd and phosphor light of each LED towards the unit vector `direction` from infinitely far away.
+    pub fn far_field_parts(&self, direction: DVec3) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.leds.iter().map(move |led| {
+            let seen = self
+                .absorber
+                .as_ref()
+                .map_or(1.0, |a| a.transmittance(led.position_mm, direction));
+            let phosphor = self.phosphor.towards(led.axis, direction);
+            (self.intensity_cd(led, direction) * seen, phosphor)
+        })
+    }
+
+    /// Whether the colour of its light depends on the direction.
+    pub fn has_colours(&self) -> bool {
+        self.phosphor.rise != 0.0 || self.phosphor.lean != DVec3::ZERO
     }
 
     /// Luminous intensity along γ = 0 from infinitely far away, cd.
@@ -279,6 +296,30 @@ fn dead_share(sector: &DeadSector, azimuth: f64) -> f64 {
         return 0.0;
     }
     sector.depth_rel * 0.5 * (1.0 + (std::f64::consts::PI * from_middle / width).cos())
+}
+
+/// The phosphor's light against the chip's, by the angle from an LED's axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Phosphor {
+    rise: f64,
+    /// Across the lamp's axis, towards the thicker side, as long as the lean.
+    lean: DVec3,
+}
+
+impl Phosphor {
+    fn of(lamp: &Lamp) -> Self {
+        let (sin, cos) = lamp.phosphor_lean_azimuth_deg.to_radians().sin_cos();
+        Self {
+            rise: lamp.phosphor_rise_rel,
+            lean: DVec3::new(cos, sin, 0.0) * lamp.phosphor_lean_rel,
+        }
+    }
+
+    /// Never below a twentieth of what it is along the axis: no LED is without its phosphor.
+    fn towards(&self, axis: DVec3, direction: DVec3) -> f64 {
+        let cos = direction.dot(axis);
+        (1.0 + self.rise * (1.0 - cos * cos) + self.lean.dot(direction)).max(0.05)
+    }
 }
 
 /// A soft-edged obstacle on a plane close before the lamp, across its own direction.

@@ -71,6 +71,13 @@ part! {
         aim_spread_deg: f64 = 0.2, 0.0..=10.0;
         /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other seeds.
         seed: u64 = 0;
+        /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times 1 + rise ·
+        /// sin²θ + lean · sin θ · cos(C − azimuth), θ from that axis.
+        phosphor_rise_rel: f64 = 0.0, -0.5..=2.0;
+        /// What of that has one side: a phosphor that lies thicker towards the azimuth.
+        phosphor_lean_rel: f64 = 0.0, -0.4..=0.4;
+        /// C of that side, degrees.
+        phosphor_lean_azimuth_deg: f64 = 0.0, -360.0..=360.0;
         /// Time from switching on to light, and from off to dark, s.
         switch_s: f64 = 0.05, 0.0..=3600.0;
         /// Rated supply voltage, V (RMS).
@@ -294,5 +301,10 @@ part! {
         noise_abs: f64 = 1.0e-4, 1e-9..=1.0;
         /// Standard deviation of a bin relative to its signal.
         noise_rel: f64 = 0.0015, 0.0..=1.0;
+        /// Wavelength of its largest quantum efficiency, a Gaussian over the wavelength, nm; 0: it sees as V(λ) does.
+        /// `full_scale_lx` is of the light along an LED's axis.
+        qe_peak_nm: f64 = 0.0, 0.0..=1500.0;
+        /// Standard deviation of that Gaussian, nm.
+        qe_width_nm: f64 = 100.0, 1.0..=1e4;
     }
 }

@@ -114,6 +114,15 @@ impl Room {
         self.lamp.far_field_cd(DVec3::new(sin_g * cos_c, sin_g * sin_c, cos_g))
     }
 
+    /// Phosphor light against the chip's in the light towards (C, γ), infinitely far away: its colour, as the spectrum
+    /// [`LampSpectrum`] has it.
+    pub fn phosphor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
+        let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
+        let direction = DVec3::new(sin_g * cos_c, sin_g * sin_c, cos_g);
+        self.spectrum.mixed(self.lamp.far_field_parts(direction))
+    }
+
     /// Illuminance of the lamp's light that the meter weighs on its aperture: direct path only, warm lamp, lx.
     pub fn direct_lx(&self, o: &Observation) -> f64 {
         let injected_effects = &self.document.injected_effects;
@@ -231,6 +240,23 @@ impl Room {
         let normal = mounted.direction_to_luminaire(-DVec3::X);
         let warm: f64 = self.lamp.rays_to(entrance).map(|ray| ray.illuminance_lx(normal)).sum();
         warm * self.output(time_s, window_s) + ambient
+    }
+
+    /// Phosphor light against the chip's in the light at the spectroradiometer's entrance, the room's own included, with
+    /// the luminaire at (C, γ) at `time_s`.
+    pub fn spectroradiometer_phosphor(&self, lamp_on: bool, c_deg: f64, gamma_deg: f64, time_s: f64) -> f64 {
+        if !lamp_on || !self.lamp.has_colours() {
+            return 1.0;
+        }
+        let injected_effects = &self.document.injected_effects;
+        let mounted = Mounted::at(c_deg, gamma_deg, 0.0, injected_effects);
+        let entrance = mounted.to_luminaire(DVec3::X * self.document.spectroradiometer.distance_mm);
+        let normal = mounted.direction_to_luminaire(-DVec3::X);
+        let output = self.output(time_s, 0.0);
+        let lamp = self.lamp.rays_to(entrance);
+        let lamp = lamp.map(|ray| (output * ray.illuminance_lx(normal), ray.phosphor));
+        let ambient = injected_effects.ambient_stray.illuminance_lx;
+        self.spectrum.mixed(lamp.chain(std::iter::once((ambient, 1.0))))
     }
 
     /// Latency of the meter's measurement number `index`, s.

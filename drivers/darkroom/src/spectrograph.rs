@@ -22,6 +22,8 @@ pub fn responsivity(wavelength_nm: f64) -> f64 {
 pub struct Exposure {
     /// Illuminance on the entrance, lx, zero behind a shutter.
     pub illuminance_lx: f64,
+    /// Phosphor light in it against the chip's, 1 along an LED's axis.
+    pub phosphor: f64,
     /// Integration time, s.
     pub integration_s: f64,
     /// Temperature of the detector, °C.
@@ -32,8 +34,9 @@ pub struct Exposure {
 
 impl Room {
     /// Spectral irradiance as the spectrometer's optics spread it, at the stated wavelength, W/(m² nm), for
-    /// `illuminance_lx` on its entrance: shift, bandpass, stray light and second order are in it, its dark is not.
-    pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
+    /// `illuminance_lx` with so much `phosphor` light on its entrance: shift, bandpass, stray light and second order are
+    /// in it, its dark is not.
+    pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64, phosphor: f64) -> f64 {
         let injected_effects = &self.document().injected_effects;
         let spectrum = self.spectrum();
         let true_nm = stated_nm - injected_effects.spectro_shift.shift_nm;
@@ -46,22 +49,23 @@ impl Room {
             for k in 0..CELLS {
                 let t = 2.0 * (k as f64 + 0.5) / CELLS as f64 - 1.0;
                 let w = 1.0 - t.abs();
-                first_order += w * spectrum.per_lux(true_nm + fwhm * t);
+                first_order += w * spectrum.per_lux(true_nm + fwhm * t, phosphor);
                 weight += w;
             }
             first_order /= weight;
         } else {
-            first_order = spectrum.per_lux(true_nm);
+            first_order = spectrum.per_lux(true_nm, phosphor);
         }
-        let stray = injected_effects.spectro_stray.fraction * spectrum.watt_per_lux();
-        let second = injected_effects.spectro_2nd.fraction * spectrum.per_lux(0.5 * true_nm);
+        let stray = injected_effects.spectro_stray.fraction * spectrum.watt_per_lux(phosphor);
+        let second = injected_effects.spectro_2nd.fraction * spectrum.per_lux(0.5 * true_nm, phosphor);
         illuminance_lx * (first_order + stray + second)
     }
 
-    /// Spectral irradiance that a calibrated reading gives at the stated wavelength, noise-free, W/(m² nm).
+    /// Spectral irradiance that a calibrated reading on the axis gives at the stated wavelength, noise-free, W/(m² nm).
     pub fn indicated_spectral_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
         let gain = 1.0 + self.document().spectroradiometer.gain_error_rel;
-        gain * self.spread_irradiance(stated_nm, illuminance_lx) + self.document().injected_effects.spectro_dark.offset
+        gain * self.spread_irradiance(stated_nm, illuminance_lx, 1.0)
+            + self.document().injected_effects.spectro_dark.offset
     }
 
     /// Irradiance calibration of the instrument as its certificate states it: W/(m² nm) for one count per second at
@@ -92,7 +96,7 @@ impl Room {
                 let light = if black || exposure.illuminance_lx == 0.0 {
                     0.0
                 } else {
-                    self.spread_irradiance(stated_nm, exposure.illuminance_lx)
+                    self.spread_irradiance(stated_nm, exposure.illuminance_lx, exposure.phosphor)
                 };
                 // An error of the dark is not seen by the black pixels: it is what makes it an error.
                 let pedestal = if black {
@@ -156,6 +160,7 @@ mod tests {
         let instrument = &room.document().spectroradiometer;
         let exposure = Exposure {
             illuminance_lx: 1330.0,
+            phosphor: 1.0,
             integration_s: 0.2,
             detector_c: 25.0,
             index: 3,
@@ -173,11 +178,11 @@ mod tests {
         let mut worst: f64 = 0.0;
         for pixel in 100..1500 {
             let nm = instrument.nm_at(pixel as f64);
-            let expected = room.spread_irradiance(nm, 1330.0);
+            let expected = room.spread_irradiance(nm, 1330.0, 1.0);
             let got = (linear(illuminated[pixel]) - linear(dark[pixel])) / 0.2 * room.calibration(pixel);
             worst = worst.max((got - expected).abs());
         }
-        let peak = room.spread_irradiance(457.0, 1330.0);
+        let peak = room.spread_irradiance(457.0, 1330.0, 1.0);
         assert!(worst < 2e-4 * peak, "{worst} of {peak}");
         assert!(
             *illuminated.iter().max().unwrap() > 10_000,
@@ -191,6 +196,7 @@ mod tests {
         let room = Room::new(quiet());
         let exposure = Exposure {
             illuminance_lx: 1330.0,
+            phosphor: 1.0,
             integration_s: 30.0,
             detector_c: 25.0,
             index: 0,
@@ -210,17 +216,17 @@ mod tests {
         };
         let shifted = disturbed("spectro_shift", "shift_nm", 0.4);
         assert_eq!(
-            shifted.spread_irradiance(500.4, 1.0),
-            clean.spread_irradiance(500.0, 1.0)
+            shifted.spread_irradiance(500.4, 1.0, 1.0),
+            clean.spread_irradiance(500.0, 1.0, 1.0)
         );
         let second = disturbed("spectro_2nd", "fraction", 0.01);
-        let extra = second.spread_irradiance(914.0, 1.0) - clean.spread_irradiance(914.0, 1.0);
-        assert!((extra / (0.01 * clean.spread_irradiance(457.0, 1.0)) - 1.0).abs() < 1e-9);
+        let extra = second.spread_irradiance(914.0, 1.0, 1.0) - clean.spread_irradiance(914.0, 1.0, 1.0);
+        assert!((extra / (0.01 * clean.spread_irradiance(457.0, 1.0, 1.0)) - 1.0).abs() < 1e-9);
         // A triangle of FWHM b widens the curve by variance b²/6: second derivative times b²/12.
         let wide = disturbed("spectro_bandpass", "fwhm_nm", 4.0);
-        let s = |nm: f64| clean.spread_irradiance(nm, 1.0);
+        let s = |nm: f64| clean.spread_irradiance(nm, 1.0, 1.0);
         let curvature = s(561.0) - 2.0 * s(560.0) + s(559.0);
-        let got = wide.spread_irradiance(560.0, 1.0) - s(560.0);
+        let got = wide.spread_irradiance(560.0, 1.0, 1.0) - s(560.0);
         assert!(
             (got / (curvature * 16.0 / 12.0) - 1.0).abs() < 0.02,
             "{got} {curvature}"

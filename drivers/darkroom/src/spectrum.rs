@@ -1,4 +1,7 @@
 //! The lamp's spectrum: a blue chip under a yellow and a red phosphor, cool white.
+//!
+//! What an LED sends aside went a longer way through the phosphor. So light is a mixture of two spectra, and its colour
+//! one number: how much phosphor light there is to the chip's, in units of that along an LED's axis.
 
 /// V(λ) at 1 nm from 360 nm to 830 nm (CIE 018:2019; the same numbers as ISO/CIE 23539).
 const V_LAMBDA: &str = include_str!("v_lambda.csv");
@@ -8,15 +11,20 @@ pub const FIRST_NM: usize = 360;
 /// Last wavelength of the tables, nm.
 pub const LAST_NM: usize = 830;
 
-/// Relative spectral power at `wavelength_nm`: CCT 5896 K, Ra 85.1, 311.4 lm/W, peak at 457 nm.
+/// Relative spectral power at `wavelength_nm` of light with `phosphor` times the phosphor's part; with 1 CCT 5896 K, Ra
+/// 85.1, 311.4 lm/W, peak at 457 nm.
 ///
 /// The blue peak is skewed to the red as a chip's is; the phosphors are broad and skewed likewise. Colour figures from
 /// colour-science 0.4 on 360–830 nm.
-pub fn relative_power(wavelength_nm: f64) -> f64 {
+pub fn relative_power(wavelength_nm: f64, phosphor: f64) -> f64 {
     let chip = skewed(wavelength_nm, 457.0, 9.5, 12.0);
+    chip + phosphor * phosphor_power(wavelength_nm)
+}
+
+fn phosphor_power(wavelength_nm: f64) -> f64 {
     let yellow = skewed(wavelength_nm, 533.0, 31.0, 46.0);
     let red = skewed(wavelength_nm, 612.0, 38.0, 46.0);
-    chip + 0.74 * (0.58 * yellow + 0.42 * red)
+    0.74 * (0.58 * yellow + 0.42 * red)
 }
 
 fn skewed(wavelength_nm: f64, peak_nm: f64, below_nm: f64, above_nm: f64) -> f64 {
@@ -27,39 +35,75 @@ fn skewed(wavelength_nm: f64, peak_nm: f64, below_nm: f64, above_nm: f64) -> f64
 /// The lamp's spectrum, scaled to one lux.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LampSpectrum {
-    watt_per_lux: f64,
-    scale: f64,
+    /// ∫S dλ and 683·∫SV dλ along an LED's axis, and of its phosphor alone.
+    power: f64,
+    light: f64,
+    phosphor_power: f64,
+    phosphor_light: f64,
 }
 
 impl Default for LampSpectrum {
     fn default() -> Self {
-        let mut power = 0.0;
-        let mut light = 0.0;
+        let (mut power, mut light) = (0.0, 0.0);
+        let (mut phosphor_power, mut phosphor_light) = (0.0, 0.0);
         for (row, wavelength_nm) in V_LAMBDA.lines().zip(FIRST_NM..=LAST_NM) {
             let v: f64 = row
                 .split_once(',')
                 .and_then(|(_, v)| v.trim().parse().ok())
                 .unwrap_or(f64::NAN);
-            let s = relative_power(wavelength_nm as f64);
+            let s = relative_power(wavelength_nm as f64, 1.0);
             power += s;
             light += 683.0 * s * v;
+            let s = self::phosphor_power(wavelength_nm as f64);
+            phosphor_power += s;
+            phosphor_light += 683.0 * s * v;
         }
         Self {
-            watt_per_lux: power / light,
-            scale: 1.0 / light,
+            power,
+            light,
+            phosphor_power,
+            phosphor_light,
         }
     }
 }
 
 impl LampSpectrum {
-    /// Spectral irradiance at one lux, W/(m² nm).
-    pub fn per_lux(&self, wavelength_nm: f64) -> f64 {
-        self.scale * relative_power(wavelength_nm)
+    /// Spectral irradiance at one lux of light with `phosphor` times the phosphor's part, W/(m² nm).
+    pub fn per_lux(&self, wavelength_nm: f64, phosphor: f64) -> f64 {
+        (1.0 / self.light(phosphor)) * relative_power(wavelength_nm, phosphor)
     }
 
-    /// Irradiance (360–830 nm) at one lux, W/m².
-    pub fn watt_per_lux(&self) -> f64 {
-        self.watt_per_lux
+    /// Irradiance (360–830 nm) at one lux of such light, W/m².
+    pub fn watt_per_lux(&self, phosphor: f64) -> f64 {
+        (self.power + (phosphor - 1.0) * self.phosphor_power) / self.light(phosphor)
+    }
+
+    /// What a detector of the responsivity `weight` (per watt, over the wavelength in nm) makes of one lux of light with
+    /// `phosphor` times the phosphor's part, relative to light along an LED's axis.
+    pub fn response(&self, weight: &dyn Fn(f64) -> f64) -> impl Fn(f64) -> f64 + use<> {
+        let (mut axial, mut of_phosphor) = (0.0, 0.0);
+        for nm in (FIRST_NM..=LAST_NM).map(|nm| nm as f64) {
+            axial += weight(nm) * relative_power(nm, 1.0);
+            of_phosphor += weight(nm) * phosphor_power(nm);
+        }
+        let (share, light) = (of_phosphor / axial, self.phosphor_light / self.light);
+        move |phosphor| (1.0 + (phosphor - 1.0) * share) / (1.0 + (phosphor - 1.0) * light)
+    }
+
+    /// 683·∫SV dλ of such light, in the unit of [`relative_power`].
+    fn light(&self, phosphor: f64) -> f64 {
+        self.light + (phosphor - 1.0) * self.phosphor_light
+    }
+
+    /// The phosphor's part in light of several `(illuminance_lx, phosphor)` together; 1 without light.
+    pub fn mixed(&self, parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+        let (mut chip, mut phosphor) = (0.0, 0.0);
+        for (illuminance_lx, part) in parts {
+            let amount = illuminance_lx / self.light(part);
+            chip += amount;
+            phosphor += amount * part;
+        }
+        if chip > 0.0 { phosphor / chip } else { 1.0 }
     }
 }
 
@@ -89,9 +133,24 @@ mod tests {
         let spectrum = LampSpectrum::default();
         // 311.358 lm/W by colour-science 0.4 on the same formula.
         assert!(
-            (1.0 / spectrum.watt_per_lux() - 311.358).abs() < 0.01,
+            (1.0 / spectrum.watt_per_lux(1.0) - 311.358).abs() < 0.01,
             "{}",
-            1.0 / spectrum.watt_per_lux()
+            1.0 / spectrum.watt_per_lux(1.0)
         );
+    }
+
+    #[test]
+    fn mixed_light_is_the_sum_of_its_parts() {
+        let spectrum = LampSpectrum::default();
+        let parts = [(300.0, 1.0), (50.0, 1.6), (20.0, 0.4)];
+        let mixed = spectrum.mixed(parts);
+        for nm in [430.0, 457.0, 520.0, 600.0, 700.0] {
+            let sum: f64 = parts.iter().map(|(lx, part)| lx * spectrum.per_lux(nm, *part)).sum();
+            assert!((370.0 * spectrum.per_lux(nm, mixed) / sum - 1.0).abs() < 1e-12, "{nm}");
+        }
+        let watts: f64 = parts.iter().map(|(lx, part)| lx * spectrum.watt_per_lux(*part)).sum();
+        assert!((370.0 * spectrum.watt_per_lux(mixed) / watts - 1.0).abs() < 1e-12);
+        assert_eq!(spectrum.mixed([(3.0, 1.0), (0.1, 1.0)]), 1.0);
+        assert_eq!(spectrum.mixed([]), 1.0);
     }
 }

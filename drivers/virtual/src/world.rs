@@ -295,6 +295,15 @@ impl World {
             })
     }
 
+    /// Phosphor light against the chip's in that light at `at_s`: its colour.
+    pub fn spectroradiometer_phosphor(&self, at_s: f64) -> f64 {
+        let switches = self.switches_at(at_s);
+        let o = self.observation(Kind::Lit, at_s);
+        let direct = switches.lamp && !switches.baffle_in;
+        self.room
+            .spectroradiometer_phosphor(direct, o.c_deg, o.gamma_deg, o.time_s)
+    }
+
     /// The floor's light, remembered while nothing turns: adding up its patches is the dearest thing in the room.
     fn floor_lx(&self, o: &Observation) -> f64 {
         let place = [o.c_deg, o.gamma_deg, o.distance_mm, o.travel];

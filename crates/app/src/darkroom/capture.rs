@@ -101,7 +101,9 @@ pub fn capture(
     let full_scale = match unit {
         CaptureUnit::Relative => Some(1.0),
         CaptureUnit::Lux => Some(room.document().camera.full_scale_lx),
-        CaptureUnit::WattPerSquareMetre => Some(room.document().camera.full_scale_lx * room.spectrum().watt_per_lux()),
+        CaptureUnit::WattPerSquareMetre => {
+            Some(room.document().camera.full_scale_lx * room.spectrum().watt_per_lux(1.0))
+        }
     };
     let table = table.into_inner().map_err(Failure::instrument)?;
     files::write(&values, &table, options.overwrite)?;

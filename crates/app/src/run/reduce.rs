@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Model;
 use isolux_record::{Run, Subject};
-use isolux_reduce::{Budget, Correction, Options, ReduceError, Reduction, reduce};
+use isolux_reduce::{Budget, COLOUR_FOLDER, Correction, Options, ReduceError, Reduction, reduce};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -55,6 +55,21 @@ impl Reduced {
                 spectral.irradiance.stated()
             ));
         }
+        if let Some(found) = &reduction.over_angle {
+            let facts = &found.facts;
+            let cct = facts.total.colour.cct.as_ref();
+            lines.extend(cct.map(|cct| format!("CCT of the whole light {}", cct.stated())));
+            let cct = facts.average_lm79.cct.as_ref();
+            lines.extend(cct.map(|cct| format!("CCT of the average of LM-79 {}", cct.stated())));
+            let delta = &facts.delta_u_prime_v_prime;
+            lines.push(format!(
+                "Δu′v′ {} at C {}° γ {}°",
+                delta.value.stated(),
+                delta.c_deg,
+                delta.gamma_deg
+            ));
+            lines.push(isolux_report::day::colour_sentence(found));
+        }
         lines.extend(reduction.notes.iter().map(|note| format!("note: {note}")));
         if !self.outdated.is_empty() {
             lines.push(format!(
@@ -63,7 +78,14 @@ impl Reduced {
                 self.run.path
             ));
         }
-        lines.push(format!("{} in {}", self.files.join(", "), self.folder));
+        // Of the spectra of many directions their folder is enough.
+        let of_directions = |name: &&String| Utf8Path::new(name).parent() == Some(COLOUR_FOLDER.into());
+        let (colours, others): (Vec<&String>, Vec<&String>) = self.files.iter().partition(of_directions);
+        let mut names: Vec<String> = others.into_iter().cloned().collect();
+        if !colours.is_empty() {
+            names.push(format!("{} spectra in {COLOUR_FOLDER}/", colours.len()));
+        }
+        lines.push(format!("{} in {}", names.join(", "), self.folder));
         lines
     }
 }
@@ -116,6 +138,7 @@ pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) ->
     let outdated = outdated(&folder, &made);
     keep_model(&folder, kept)?;
     remove_raw(&folder, &made)?;
+    remove_colours(&folder, &made)?;
     for file in &made {
         files::write(&folder.join(&file.name), &file.bytes, overwrite)?;
     }
@@ -232,6 +255,23 @@ fn remove_raw(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Result<
         return Ok(());
     }
     std::fs::remove_file(&file).map_err(|error| Failure::instrument(format!("{file}: {error}")))
+}
+
+/// Removes the spectra of directions that an earlier reduction wrote and this one does not.
+fn remove_colours(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Result<(), Failure> {
+    let folder = results.join(COLOUR_FOLDER);
+    let failed = |error: std::io::Error| Failure::instrument(format!("{folder}: {error}"));
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    for entry in folder.read_dir_utf8().map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let name = format!("{}/{}", COLOUR_FOLDER, entry.file_name());
+        if entry.path().extension() == Some("spdx") && !made.iter().any(|file| file.name == name) {
+            std::fs::remove_file(entry.path()).map_err(failed)?;
+        }
+    }
+    Ok(())
 }
 
 /// Names and bytes of the record's own files, for their hashes.

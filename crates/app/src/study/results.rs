@@ -131,6 +131,12 @@ fn numbers(reduction: &Reduction) -> Vec<(String, String)> {
             add("CCT", cct);
         }
     }
+    if let Some(found) = &reduction.over_angle {
+        if let Some(cct) = &found.facts.total.colour.cct {
+            add("CCT of the whole light", cct);
+        }
+        add("Δu′v′ over angle", &found.facts.delta_u_prime_v_prime.value);
+    }
     let (side_mm, distance_mm) = isolux_reduce::SENSOR_MM;
     let on_sensor = format!("on a sensor of {side_mm} mm at {distance_mm} mm");
     match &reduction.sensor_irradiance {
@@ -167,6 +173,12 @@ fn figures(reduction: &Reduction) -> Vec<Figure> {
         };
         figures.push(Figure::new("Spectrum", spectrum(&spectral.spectrum, &options)));
     }
+    let over_angle = isolux_report::day::colour_figures(reduction);
+    figures.extend(
+        over_angle
+            .into_iter()
+            .map(|figure| Figure::new(figure.caption.trim_end_matches('.'), figure.svg)),
+    );
     figures
 }
 

@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Accepted, Apparent, Background, BeamAngles, Closing, Colour, Common, Correction, Drift, Electrical, Partial,
-    Quantity, Reduction, SENSOR_MM, Smoothing,
+    Accepted, Apparent, Background, BeamAngles, Closing, Colour, ColourOverAngle, Common, Correction, Drift,
+    Electrical, Partial, Quantity, Reduction, SENSOR_MM, Smoothing,
 };
 
 /// `budget.json`. Standard uncertainties, k = 1.
@@ -85,6 +85,9 @@ pub struct Budget {
     /// The supply line, where there was a power meter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub electrical: Option<Electrical>,
+    /// Colour of the whole light and of every direction, where spectra were taken off the axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour_over_angle: Option<ColourOverAngle>,
 }
 
 /// What was subtracted from the readings.
@@ -159,6 +162,7 @@ impl Budget {
             notes: reduction.notes.clone(),
             partial: reduction.partial.clone(),
             electrical: reduction.electrical.clone(),
+            colour_over_angle: reduction.over_angle.as_ref().map(|found| found.facts.clone()),
         }
     }
 }

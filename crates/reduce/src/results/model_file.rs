@@ -3,6 +3,7 @@
 use isolux_photometry::Symmetry;
 use isolux_record::Run;
 
+use super::colours::spectrum_name;
 use super::file::{diameter_mm, file_name, hashes};
 use super::photometric::instrument;
 use crate::budget::noise_of_directions;
@@ -44,14 +45,7 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     if common.gamma_deg > 0.0 {
         text.push_str(&format!("gamma_deg = {:?}\n", common.gamma_deg));
     }
-    let common_cd = [
-        common.dark_noise_cd,
-        common.dark_digit_cd,
-        common.offset_cd,
-        common.ambient_cd,
-        common.stray_cd,
-    ];
-    let common_cd = common_cd.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let common_cd = common.added_cd();
     if common_cd > 0.0 {
         text.push_str(&format!("common_cd = {common_cd:.6}\n"));
     }
@@ -74,11 +68,23 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     if let Some(accepted) = &reduction.accepted {
         text.push_str(&format!("accepted = {}\n", toml::Value::from(finding::note(accepted))));
     }
+    text.push_str(&colour_toml(reduction));
     text.push_str("\n[noise]\nu_scale = \"stated\"\n");
     for effect in bench_effects(reduction) {
         text.push_str(&format!("\n[[effect]]\n{effect}"));
     }
     text
+}
+
+/// `[[luminaire.colour]]` of every direction with a spectrum, where there is one on the axis too: it links lx and W/m².
+fn colour_toml(reduction: &Reduction) -> String {
+    let found = reduction.over_angle.as_ref().filter(|_| reduction.spectral.is_some());
+    let directions = found.map_or(&[][..], |found| found.facts.directions.as_slice());
+    directions.iter().fold(String::new(), |text, of| {
+        let name = spectrum_name(reduction, of);
+        let (c_deg, gamma_deg) = (of.c_deg, of.gamma_deg);
+        text + &format!("\n[[luminaire.colour]]\nc_deg = {c_deg:?}\ngamma_deg = {gamma_deg:?}\nspectrum = \"{name}\"\n")
+    })
 }
 
 /// `[luminaire.u]`: relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy,

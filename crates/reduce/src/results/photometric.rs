@@ -269,19 +269,26 @@ pub fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Re
         return Vec::new();
     };
     let mut file = SpectrumFile::new(&spectral.spectrum, Some("irradiance"), Some("W/(m2*nm)"));
+    let what = format!("on the axis at {} mm", spectral.distance_mm);
+    describe(&mut file, &what, run, program);
+    [("luminaire.spdx", Format::SPDX), ("luminaire.spd", Format::SPD)]
+        .into_iter()
+        .filter_map(|(name, format)| {
+            Some(ResultFile {
+                name: file_name(reduction, name),
+                bytes: isolux_formats::write_spectrum(&file, format)?.bytes,
+            })
+        })
+        .collect()
+}
+
+/// What a spectrum is, of which luminaire, by whom.
+pub fn describe(file: &mut SpectrumFile, what: &str, run: &Run, program: &str) {
     let text = |value: String| Value::String(value);
-    file.header.insert(
-        "Description".to_owned(),
-        text(format!(
-            "{}on the axis at {} mm",
-            run.header
-                .luminaire
-                .name
-                .as_ref()
-                .map_or_else(String::new, |name| format!("{name}, ")),
-            spectral.distance_mm
-        )),
-    );
+    let name = run.header.luminaire.name.as_ref();
+    let name = name.map_or_else(String::new, |name| format!("{name}, "));
+    file.header
+        .insert("Description".to_owned(), text(format!("{name}{what}")));
     file.header
         .insert("DocumentCreator".to_owned(), text(program.to_owned()));
     file.header.insert("ReportDate".to_owned(), text(date(run)));
@@ -296,15 +303,6 @@ pub fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Re
             file.header.insert(key.to_owned(), text(value.clone()));
         }
     }
-    [("luminaire.spdx", Format::SPDX), ("luminaire.spd", Format::SPD)]
-        .into_iter()
-        .filter_map(|(name, format)| {
-            Some(ResultFile {
-                name: file_name(reduction, name),
-                bytes: isolux_formats::write_spectrum(&file, format)?.bytes,
-            })
-        })
-        .collect()
 }
 
 /// The spectrum on the axis as observations, so that a diagnosis compares it with another day's model.

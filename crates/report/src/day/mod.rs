@@ -3,6 +3,7 @@
 //! them.
 
 mod colour;
+mod colour_over_angle;
 mod conditions;
 mod light;
 mod record;
@@ -12,6 +13,7 @@ mod uncertainty;
 mod verdict;
 mod words;
 
+pub use colour_over_angle::{figures as colour_figures, sentence as colour_sentence};
 pub use results::{DayResults, Diagnosed};
 
 use crate::document::Document;
@@ -39,6 +41,7 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
     sections.push(light::distribution(day_results));
     sections.push(light::flux(day_results));
     sections.extend(colour::section(day_results));
+    sections.extend(colour_over_angle::section(&day_results.reduction));
     sections.push(light::glare(day_results));
     sections.push(conditions::section(day_results));
     sections.push(uncertainty::section(day_results));

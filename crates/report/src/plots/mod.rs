@@ -1,7 +1,11 @@
 //! Pictures of luminaires and light sources: each a function from data to an SVG string.
 
 mod cartesian;
+mod cct_over_gamma;
 mod chromaticity;
+mod colour_directions;
+mod colour_over_sphere;
+mod colour_steps;
 mod cone;
 mod contour;
 mod isocandela;
@@ -17,13 +21,17 @@ mod tm30;
 mod zones;
 
 pub use cartesian::cartesian;
+pub use cct_over_gamma::cct_over_gamma;
 pub use chromaticity::{Diagram, chromaticity};
+pub use colour_directions::{ColourDirections, DirectionColour, STEP};
+pub use colour_over_sphere::colour_over_sphere;
+pub use colour_steps::colour_steps;
 pub use cone::{Cone, cone, cones};
 pub use isocandela::isocandela;
 pub use isolux::{IsoluxOptions, isolux};
 pub use polar::{PolarOptions, PolarSoFar, polar, polar_so_far};
 pub use solid::solid;
-pub use spectrum::{SpectrumOptions, spectrum};
+pub use spectrum::{SpectrumOptions, spectrum, spectrum_beside};
 pub use thumbnail::{Curves, thumbnail};
 pub use tm30::{tm30, tm30_bins};
 pub use zones::zones;
@@ -49,7 +57,12 @@ mod tests {
             .unwrap();
             let lamp = Spectrum::from_1_nm(&illuminant::planck(3000.0)).unwrap();
             let options = PolarOptions::default();
+            let colours = colour_directions::tests::yellow_at_the_rim();
             let mut figures = vec![
+                colour_steps(&colours),
+                colour_over_sphere(&colours),
+                cct_over_gamma(&colours).unwrap(),
+                spectrum_beside(&lamp, &lamp, &SpectrumOptions::default(), ["one", "other"]),
                 polar(&light, &options),
                 polar_so_far(&PolarSoFar::default()),
                 cartesian(&light, &options),

@@ -4,7 +4,7 @@ use isolux_spectrum::Spectrum;
 
 use super::spectral_colour;
 use crate::axes::{Frame, Scale};
-use crate::svg::{Anchor, Stroke, Svg, WIDTH, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// What a spectrum's picture says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -17,11 +17,39 @@ pub struct SpectrumOptions {
 
 /// Values over wavelength, the area under them in the colours of the wavelengths (grey where the eye is blind).
 pub fn spectrum(spectrum: &Spectrum, options: &SpectrumOptions) -> String {
+    filled(spectrum, options, spectrum.value()).0.finish()
+}
+
+/// The same with another spectrum beside it, of the same lumens, as a dashed line; `names` of both.
+pub fn spectrum_beside(spectrum: &Spectrum, other: &Spectrum, options: &SpectrumOptions, names: [&str; 2]) -> String {
+    let scale = spectrum.luminous_integral() / other.luminous_integral();
+    let values: Vec<f64> = other.value().iter().map(|value| scale * value).collect();
+    let all: Vec<f64> = spectrum.value().iter().chain(&values).copied().collect();
+    let (mut svg, frame) = filled(spectrum, options, &all);
+    let (first, last) = frame.x.range();
+    let within = other.wavelength_nm().iter().zip(&values);
+    let within = within.filter(|(nm, _)| (first..=last).contains(*nm));
+    let beside = Stroke::dashed(colour::C0, 1.6);
+    svg.polyline(within.map(|(nm, value)| frame.at(*nm, *value)), beside);
+    for (k, (stroke, name)) in [Stroke::solid(colour::INK, 1.6), beside]
+        .into_iter()
+        .zip(names)
+        .enumerate()
+    {
+        let (x, y) = (frame.left + 190.0 * k as f64, HEIGHT - 10.0);
+        svg.line((x, y - 4.5), (x + 34.0, y - 4.5), stroke);
+        svg.text((x + 42.0, y), Anchor::Start, colour::INK, name);
+    }
+    svg.finish()
+}
+
+/// The picture of a spectrum with a vertical axis for `all` values, and its frame.
+fn filled(spectrum: &Spectrum, options: &SpectrumOptions, all: &[f64]) -> (Svg, Frame) {
     let (nm, value) = (spectrum.wavelength_nm(), spectrum.value());
     let (first, last) = (nm[0], nm[nm.len() - 1]);
     let mut svg = Svg::figure(&format!("Spectrum {}", options.title));
     svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
-    let frame = Frame::of_figure(Scale::linear(first, last), Scale::around(value.iter().copied(), true));
+    let frame = Frame::of_figure(Scale::linear(first, last), Scale::around(all.iter().copied(), true));
     let (from, to) = frame.x.range();
     svg.raw(r#"<defs><linearGradient id="wavelengths" x1="0" y1="0" x2="1" y2="0">"#);
     let stops = 160;
@@ -49,7 +77,7 @@ pub fn spectrum(spectrum: &Spectrum, options: &SpectrumOptions) -> String {
     };
     frame.draw(&mut svg, "wavelength in nm", label);
     svg.polyline(curve, Stroke::solid(colour::INK, 1.2));
-    svg.finish()
+    (svg, frame)
 }
 
 #[cfg(test)]

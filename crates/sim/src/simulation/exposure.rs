@@ -13,8 +13,8 @@ pub(super) struct Exposure {
 }
 
 impl Exposure {
-    /// `photons` per (m²·s) and unit of the map, weighted by the quantum efficiency.
-    pub fn of(sheet: &CameraSheet, map: &[f64], photons: f64, pixel_m2: f64) -> Self {
+    /// `photons` per (m²·s) and unit of the map, weighted by the quantum efficiency, by the number of the pixel.
+    pub fn of(sheet: &CameraSheet, map: &[f64], photons: &dyn Fn(usize) -> f64, pixel_m2: f64) -> Self {
         let camera = Camera {
             exposure_s: sheet.exposure_s,
             dark_electrons_per_s: sheet.dark_electrons_per_s,
@@ -26,7 +26,11 @@ impl Exposure {
             offset_dn: sheet.offset_dn,
             bits: sheet.bits,
         };
-        let light: Vec<f64> = map.iter().map(|value| value.max(0.0) * photons).collect();
+        let light: Vec<f64> = map
+            .iter()
+            .enumerate()
+            .map(|(pixel, value)| value.max(0.0) * photons(pixel))
+            .collect();
         let top = (1_u32 << sheet.bits.min(16)) - 1;
         // Pixels differ from camera to camera, not from exposure to exposure: one camera, seed 1.
         let signal_dn: Vec<u16> = camera

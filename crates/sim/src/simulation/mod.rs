@@ -61,6 +61,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     let started = now();
     let solved = Solved::of(&setup, method, scene.accuracy)?;
     let elapsed_s = now() - started;
+    let receiver = receiver.lit_by(&setup, &solved.map);
     let exposure = receiver.exposure(&solved.map);
     let facts = stated::facts(scene, &setup, &receiver, method, &solved);
     Ok(Simulation {

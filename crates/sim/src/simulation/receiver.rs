@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use isolux_model::optics::CameraSheet;
 use isolux_model::{Scene, Spectral};
+use isolux_photometry::polar_deg;
 use isolux_spectrum::Spectrum;
 
 use super::error::SimulationError;
@@ -18,6 +19,10 @@ pub(super) struct Receiver<'a> {
     spectrum: Option<Cow<'a, Spectrum>>,
     /// Photons per (m²·s) of one unit of the map, weighted by the quantum efficiency; none without a responsivity.
     photons: Option<f64>,
+    /// The quantum efficiency over the wavelength.
+    responsivity: Option<Spectrum>,
+    /// The same of each pixel, where colours differ over the sensor.
+    photons_of_pixel: Option<Vec<f64>>,
     /// Area that a pixel has on the sensor's chip, in m².
     pixel_m2: f64,
     sheet: Option<&'a CameraSheet>,
@@ -44,17 +49,15 @@ impl<'a> Receiver<'a> {
         };
         let wrong = |message: String| SimulationError::Responsivity { message };
         let mut finding = None;
-        let photons = match (&spectrum, &scene.sensor.responsivity) {
-            (Some(spectrum), Some(path)) => {
-                let curve = isolux_model::read_spectrum(path).map_err(|error| wrong(error.to_string()))?;
-                camera::photon_irradiance(1.0, spectrum, |nm| curve.at_nm(nm))
-            }
+        let responsivity = match (&spectrum, &scene.sensor.responsivity) {
+            (Some(_), Some(path)) => Some(isolux_model::read_spectrum(path).map_err(|error| wrong(error.to_string()))?),
             (None, Some(_)) => {
                 finding = Some("responsivity needs the model's spectrum; electrons are not computed".to_owned());
                 None
             }
             (_, None) => None,
         };
+        let photons = photons(spectrum.as_deref(), responsivity.as_ref());
         let sheet = scene.optics.camera.as_ref();
         if sheet.is_some() && photons.is_none() {
             return Err(wrong(
@@ -68,14 +71,34 @@ impl<'a> Receiver<'a> {
             pixel_m2: setup.sensor.pixel_area_m2() * magnification * magnification,
             spectrum,
             photons,
+            responsivity,
+            photons_of_pixel: None,
             sheet,
             finding,
         })
     }
 
+    /// The same once the map is known: where colours differ over the sensor, its spectrum is the mean of the map's, and
+    /// every pixel counts the photons of its own.
+    pub fn lit_by(mut self, setup: &Setup, map: &[f64]) -> Self {
+        let Some(station) = &setup.station else { return self };
+        if let Some(mean) = station.mean_spectrum(&setup.sensor, map) {
+            self.photons = photons(Some(&mean), self.responsivity.as_ref());
+            self.spectrum = Some(Cow::Owned(mean));
+        }
+        if let (Some(curve), Some(_)) = (&self.responsivity, self.sheet) {
+            // Photons of a watt at λ, λ/(h·c), each weighted by the efficiency.
+            let electrons = |nm: f64| camera::photons_per_joule(nm) * curve.at_nm(nm);
+            self.photons_of_pixel = station.per_watt(&setup.sensor, &electrons);
+        }
+        self
+    }
+
     /// One exposure of the scene's camera.
     pub fn exposure(&self, map: &[f64]) -> Option<Exposure> {
-        Some(Exposure::of(self.sheet?, map, self.photons?, self.pixel_m2))
+        let (sheet, all) = (self.sheet?, self.photons?);
+        let photons = |pixel: usize| self.photons_of_pixel.as_ref().map_or(all, |of| of[pixel]);
+        Some(Exposure::of(sheet, map, &photons, self.pixel_m2))
     }
 
     /// Luminous efficacy of the light that arrives, in lm/W; `stated` where there is no spectrum.
@@ -115,13 +138,20 @@ impl<'a> Receiver<'a> {
     }
 }
 
+/// Photons per (m²·s) of 1 W/m² of a spectrum, weighted by a quantum efficiency.
+fn photons(spectrum: Option<&Spectrum>, responsivity: Option<&Spectrum>) -> Option<f64> {
+    let curve = responsivity?;
+    camera::photon_irradiance(1.0, spectrum?, |nm| curve.at_nm(nm))
+}
+
 /// Colour at the middle and at the corner that differs most, where the scene has spectra over angle.
 fn colour(scene: &Scene, setup: &Setup) -> Option<ColourFacts> {
-    let station = setup.station.as_ref().filter(|_| !scene.optics.colour.is_empty())?;
+    let station = setup.station.as_ref().filter(|_| scene.optics.colour.is_some())?;
     let (nx, ny) = (setup.sensor.nx as f64, setup.sensor.ny as f64);
     let at = |x: f64, y: f64| {
-        let gamma_deg = station::gamma_deg(setup.sensor.point(x, y));
-        let of = isolux_spectrum::quantities(&station.colour_at(gamma_deg)?);
+        let place = setup.sensor.point(x, y);
+        let gamma_deg = polar_deg(place);
+        let of = isolux_spectrum::quantities(&station.colour_at(place)?);
         Some(ColourAt {
             gamma_deg,
             cct_k: of.cct_k,

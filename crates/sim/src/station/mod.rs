@@ -2,14 +2,17 @@
 //! Every part has a closed form; `crate::optics` holds them and tests them.
 
 mod mesh;
+mod mixture;
 
 use glam::DVec3;
 use isolux_model::optics::{Lens, Optics, Share, Target, Vapour, Window};
+use isolux_photometry::angles_deg;
 use isolux_spectrum::Spectrum;
 
 use rayon::prelude::*;
 
 use self::mesh::Mesh;
+use self::mixture::Mixture;
 use crate::optics;
 use crate::sensor::Sensor;
 
@@ -40,9 +43,13 @@ pub struct Station {
     radiometric: bool,
 }
 
-/// The axial spectrum at 1 nm.
+/// Wavelengths at 1 nm.
 const FROM_NM: u32 = 360;
 const TO_NM: u32 = 830;
+const TABLE: usize = (TO_NM - FROM_NM + 1) as usize;
+
+/// Places along each side of the sensor for the mean of its spectrum.
+const RASTER: usize = 16;
 
 impl Station {
     /// `None` where the scene has nothing beside the direct path.
@@ -63,7 +70,7 @@ impl Station {
                 Some("window.transmittance")
             } else if optics.vapour.as_ref().is_some_and(|vapour| spectral(&vapour.epsilon)) {
                 Some("vapour.epsilon_l_per_mol_cm")
-            } else if !optics.colour.is_empty() {
+            } else if optics.colour.is_some() {
                 Some("colour")
             } else {
                 None
@@ -80,7 +87,7 @@ impl Station {
         if let Some(lamp) = lamp
             && lamp.integral() > 0.0
             && station
-                .spectrum(0.0, 1.0, 1.0)
+                .spectrum(DVec3::Z, 1.0)
                 .is_none_or(|behind| behind.integral() <= 0.0)
         {
             return Err(StationError::Dark {
@@ -101,43 +108,27 @@ impl Station {
 
     /// Factor of every pixel of `sensor` on what the direct path gives: mean over 2 × 2 Gauss points.
     pub fn factors(&self, sensor: &Sensor) -> Vec<f64> {
-        // What each spectrum keeps depends smoothly on incidence and path: on a mesh it is computed, between it is
-        // interpolated. How the spectra mix at γ bends at every measured γ, and is computed for each point.
-        let meshes: Vec<Mesh> = match (&self.lamp, self.radiometric) {
+        let mixture = match (&self.lamp, self.radiometric) {
             (Some(lamp), true) => {
-                let spectra: Vec<&Spectrum> = if self.optics.colour.is_empty() {
-                    vec![lamp]
-                } else {
-                    self.optics.colour.iter().map(|(_, spectrum)| spectrum).collect()
-                };
                 // The direct path gives E_v / K of the lamp.
                 let efficacy = lamp.luminous_integral() / lamp.integral();
-                spectra
-                    .into_iter()
-                    .map(|spectrum| {
-                        let (per_nm, luminous) = (spectrum.per_nm(), spectrum.luminous_integral());
-                        Mesh::new(sensor, |place| {
-                            let kept = self.kept(&per_nm, cosine(sensor, place), place.length());
-                            efficacy * kept / luminous
-                        })
-                    })
-                    .collect()
+                if let Some(colour) = &self.optics.colour {
+                    Mixture::of_lamp(self, colour, sensor, efficacy, &|_| 1.0)
+                } else {
+                    let (per_nm, luminous) = (lamp.per_nm(), lamp.luminous_integral());
+                    Mixture::of_one(Mesh::new(sensor, |place| {
+                        let kept = self.kept(&per_nm, cosine(sensor, place), place.length(), &|_| 1.0);
+                        efficacy * kept / luminous
+                    }))
+                }
             }
             // No spectrum: every part is grey.
-            _ => vec![Mesh::new(sensor, |place| {
+            _ => Mixture::of_one(Mesh::new(sensor, |place| {
                 self.grey(cosine(sensor, place), place.length())
-            })],
+            })),
         };
         let g = 0.5 / 3.0_f64.sqrt();
-        let at = |x: f64, y: f64| {
-            let (low, high, t) = self.between(gamma_deg(sensor.point(x, y)));
-            let spectral = if t == 0.0 || meshes.len() == 1 {
-                meshes[low.min(meshes.len() - 1)].at(x, y)
-            } else {
-                (1.0 - t) * meshes[low].at(x, y) + t * meshes[high].at(x, y)
-            };
-            spectral * self.image(sensor, x, y)
-        };
+        let at = |x: f64, y: f64| mixture.at(sensor, x, y) * self.image(sensor, x, y);
         (0..sensor.pixels())
             .into_par_iter()
             .with_min_len(1024)
@@ -148,22 +139,73 @@ impl Station {
             .collect()
     }
 
-    /// The lamp's spectrum behind everything at the middle of the sensor, in the lamp's own scale; `None` without one.
+    /// The lamp's spectrum behind everything at the middle of the sensor, in the lamp's own scale, or with spectra over
+    /// angle for one lumen; `None` without one.
     pub fn spectrum_at_centre(&self, sensor: &Sensor) -> Option<Spectrum> {
         let place = sensor.centre();
-        self.spectrum(gamma_deg(place), cosine(sensor, place), place.length())
+        self.spectrum(place, cosine(sensor, place))
     }
 
-    /// Colour of the light at γ, u′ and v′ and CCT by spectra between the measured ones.
-    pub fn colour_at(&self, gamma_deg: f64) -> Option<Spectrum> {
-        (!self.optics.colour.is_empty()).then(|| self.emitted(gamma_deg))?
+    /// The light towards a place, before windows and vapour, where the scene has spectra over angle.
+    pub fn colour_at(&self, place: DVec3) -> Option<Spectrum> {
+        let colour = self.optics.colour.as_ref()?;
+        let (c_deg, gamma_deg) = angles_deg(place);
+        at_1_nm(colour.at(c_deg, gamma_deg).into_iter())
     }
 
-    /// Power behind windows and vapour of a spectrum given at 1 nm.
-    fn kept(&self, per_nm: &[f64], cos: f64, path_mm: f64) -> f64 {
+    /// ∫S·weight dλ behind everything over ∫S dλ there, for each pixel at its middle, where the scene has spectra over
+    /// angle; `weight` by the wavelength in nm.
+    pub fn per_watt(&self, sensor: &Sensor, weight: &dyn Fn(f64) -> f64) -> Option<Vec<f64>> {
+        let colour = self.optics.colour.as_ref()?;
+        let all = Mixture::of_lamp(self, colour, sensor, 1.0, &|_| 1.0);
+        let weighted = Mixture::of_lamp(self, colour, sensor, 1.0, weight);
+        let ratio = |index: usize| {
+            let (x, y) = ((index % sensor.nx) as f64 + 0.5, (index / sensor.nx) as f64 + 0.5);
+            let power = all.at(sensor, x, y);
+            if power > 0.0 {
+                weighted.at(sensor, x, y) / power
+            } else {
+                0.0
+            }
+        };
+        let pixels = (0..sensor.pixels()).into_par_iter().with_min_len(1024);
+        Some(pixels.map(ratio).collect())
+    }
+
+    /// Spectrum of the light on the sensor, its mean over `map` in W/m², at a raster of places, where the scene has
+    /// spectra over angle; none where the map is dark.
+    pub fn mean_spectrum(&self, sensor: &Sensor, map: &[f64]) -> Option<Spectrum> {
+        self.optics.colour.as_ref()?;
+        let place = |k: usize, pixels: usize| (2 * k + 1) * pixels / (2 * RASTER);
+        let mut sum = [0.0; TABLE];
+        for row in 0..RASTER {
+            for column in 0..RASTER {
+                let (ix, iy) = (place(column, sensor.nx), place(row, sensor.ny));
+                let at = sensor.point(ix as f64 + 0.5, iy as f64 + 0.5);
+                let there = self.spectrum(at, cosine(sensor, at))?;
+                let power: f64 = there.value().iter().sum();
+                if power > 0.0 {
+                    let share = map[iy * sensor.nx + ix] / power;
+                    sum.iter_mut()
+                        .zip(there.value())
+                        .for_each(|(sum, value)| *sum += share * value);
+                }
+            }
+        }
+        at_1_nm(sum.into_iter()).filter(|mean| mean.integral() > 0.0)
+    }
+
+    /// Whether what stands in the path takes the same of every ray.
+    fn is_clear(&self) -> bool {
+        self.optics.windows.is_empty() && self.optics.vapour.is_none()
+    }
+
+    /// Power behind windows and vapour of a spectrum given at 1 nm, each wavelength weighted.
+    fn kept(&self, per_nm: &[f64], cos: f64, path_mm: f64, weight: &dyn Fn(f64) -> f64) -> f64 {
         (FROM_NM..=TO_NM)
+            .map(f64::from)
             .zip(per_nm)
-            .map(|(nm, value)| value * self.share_at(cos, path_mm, f64::from(nm)))
+            .map(|(nm, value)| value * self.share_at(cos, path_mm, nm) * weight(nm))
             .sum()
     }
 
@@ -187,41 +229,16 @@ impl Station {
         self.share_at(cos, path_mm, 555.0)
     }
 
-    /// The measured spectra on both sides of γ and the share of the second.
-    fn between(&self, gamma_deg: f64) -> (usize, usize, f64) {
-        let colour = &self.optics.colour;
-        let upper = colour.partition_point(|(at, _)| *at <= gamma_deg);
-        match (upper.checked_sub(1), upper < colour.len()) {
-            (Some(low), true) => (
-                low,
-                upper,
-                (gamma_deg - colour[low].0) / (colour[upper].0 - colour[low].0),
-            ),
-            (Some(low), false) => (low, low, 0.0),
-            (None, _) => (0, 0, 0.0),
-        }
-    }
-
-    /// What the lamp emits at γ, per lumen, so that the mix does not depend on how strong each spectrum was measured.
-    fn emitted(&self, gamma_deg: f64) -> Option<Spectrum> {
-        let lamp = self.lamp.as_ref()?;
-        let colour = &self.optics.colour;
-        if colour.is_empty() {
-            return Some(lamp.clone());
-        }
-        let (low, high, t) = self.between(gamma_deg);
-        let (low, high) = (&colour[low].1, &colour[high].1);
-        let (a, b) = ((1.0 - t) / low.luminous_integral(), t / high.luminous_integral());
-        let parts = low.per_nm().into_iter().zip(high.per_nm());
-        at_1_nm(parts.map(|(low, high)| a * low + b * high))
-    }
-
-    fn spectrum(&self, gamma_deg: f64, cos: f64, path_mm: f64) -> Option<Spectrum> {
-        let emitted = self.emitted(gamma_deg)?;
+    /// The light at a place behind everything.
+    fn spectrum(&self, place: DVec3, cos: f64) -> Option<Spectrum> {
+        let emitted = match &self.optics.colour {
+            Some(_) => self.colour_at(place)?,
+            None => self.lamp.clone()?,
+        };
         let nm = (FROM_NM..=TO_NM).map(f64::from);
         at_1_nm(
             nm.zip(emitted.per_nm())
-                .map(|(nm, value)| value * self.share_at(cos, path_mm, nm)),
+                .map(|(nm, value)| value * self.share_at(cos, place.length(), nm)),
         )
     }
 
@@ -284,11 +301,6 @@ fn at_1_nm(values: impl Iterator<Item = f64>) -> Option<Spectrum> {
     Spectrum::new(nm, values.collect()).ok()
 }
 
-/// γ of a place, degrees.
-pub fn gamma_deg(place: DVec3) -> f64 {
-    place.x.hypot(place.y).atan2(place.z).to_degrees()
-}
-
 fn cosine(sensor: &Sensor, place: DVec3) -> f64 {
     place.dot(sensor.toward) / place.length()
 }
@@ -313,6 +325,7 @@ fn bilinear(rows: &[f64], columns: &[f64], values: &[f64], row: f64, column: f64
 mod tests {
     use super::*;
     use crate::sensor::{self, Pose};
+    use isolux_model::ColourOverAngle;
 
     fn plane(tilt_x_deg: f64, size_mm: f64) -> Sensor {
         sensor::Sensor::new(&Pose {
@@ -388,7 +401,7 @@ mod tests {
         let (green, red) = (line(555.0), line(650.0));
         let k = |spectrum: &Spectrum| spectrum.ler_lm_per_w().unwrap();
         let optics = Optics {
-            colour: vec![(0.0, green.clone()), (40.0, red.clone())],
+            colour: Some(ColourOverAngle::new(vec![((0.0, 0.0), green.clone()), ((0.0, 40.0), red.clone())]).unwrap()),
             ..Optics::default()
         };
         let station = station(optics, Some(&green));
@@ -400,8 +413,23 @@ mod tests {
             "{}",
             factors[0]
         );
-        let (low, high, t) = station.between(10.0);
-        assert_eq!((low, high, t), (0, 1, 0.25));
+        // A quarter of the way a quarter of the lumens are red; electrons of a sensor that sees red alone follow.
+        let tan = 10.0_f64.to_radians().tan();
+        let near = station.colour_at(DVec3::new(tan, 0.0, 1.0)).unwrap();
+        let red_lumens = near.at_nm(650.0) / red.at_nm(650.0) * red.luminous_integral();
+        assert!((red_lumens - 0.25).abs() < 1e-9, "{red_lumens}");
+        let seen = station
+            .per_watt(&sensor, &|nm| if nm > 600.0 { 1.0 } else { 0.0 })
+            .unwrap();
+        let x_mm = sensor.point(3.5, 3.5);
+        let t = angles_deg(x_mm).1 / 40.0;
+        let watts = [(1.0 - t) / k(&green), t / k(&red)];
+        assert!((seen[27] / (watts[1] / (watts[0] + watts[1])) - 1.0).abs() < 1e-9);
+        assert!((seen[0] - 1.0).abs() < 1e-9);
+        let mean = station.mean_spectrum(&sensor, &[1.0; 64]).unwrap();
+        let share = seen.iter().sum::<f64>() / 64.0;
+        let of_red: f64 = (601..=830).map(|nm| mean.at_nm(f64::from(nm))).sum();
+        assert!((of_red / mean.integral() - share).abs() < 1e-9, "{share}");
     }
 
     #[test]

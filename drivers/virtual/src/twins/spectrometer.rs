@@ -142,6 +142,7 @@ impl Usb2000 {
             Box::new(move |world| {
                 let exposure = Exposure {
                     illuminance_lx: world.spectroradiometer_lx(now_s, end_s),
+                    phosphor: world.spectroradiometer_phosphor(0.5 * (now_s + end_s)),
                     integration_s,
                     detector_c: world.temperature_c(now_s) + SELF_HEATING_C,
                     index,

@@ -202,6 +202,7 @@ impl Sts {
             Box::new(move |world| {
                 let exposure = Exposure {
                     illuminance_lx: world.spectroradiometer_lx(now_s, end_s),
+                    phosphor: world.spectroradiometer_phosphor(0.5 * (now_s + end_s)),
                     integration_s,
                     detector_c: world.temperature_c(now_s) + SELF_HEATING_C,
                     index,

@@ -1,0 +1,158 @@
+//! Counts of a spectroradiometer's pixels → irradiance at whole nanometres, with the noise of both.
+
+use isolux_record::spectra::{DarkSubtraction, SpectralCalibration, SpectralIrradiance, SpectrumRecord};
+
+use crate::error::ReduceError;
+use crate::spectral_noise::with_expected_noise;
+
+/// Spectral irradiance at whole nanometres.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AtOneNm {
+    /// The nanometres, as far as the calibrated pixels go.
+    pub wavelength_nm: Vec<f64>,
+    /// W/m²/nm.
+    pub value: Vec<f64>,
+    /// Variance of each value from the scatter of its own pixels.
+    pub variance: Vec<f64>,
+    /// The same from the noise that all pixels show together, with what neighbours share, so that sums over many values
+    /// have the noise that they have.
+    pub expected: Vec<f64>,
+}
+
+impl AtOneNm {
+    /// The mean of spectra of one place, all read with the same pixels.
+    ///
+    /// # Errors
+    /// [`ReduceError`] for saturation where the instrument is calibrated, or no calibrated pixel.
+    pub fn mean(
+        records: &[&SpectrumRecord],
+        calibration: &SpectralCalibration,
+        dark: DarkSubtraction,
+    ) -> Result<Self, ReduceError> {
+        let mut mean = Self::default();
+        let n = records.len() as f64;
+        for record in records {
+            let light = record.irradiance(calibration, dark)?;
+            let quiet = with_expected_noise(record).irradiance(calibration, dark)?;
+            let calibrated: Vec<usize> = (0..record.pixels.len())
+                .filter(|&pixel| record.pixels[pixel].factor_w_m2_nm > 0.0)
+                .collect();
+            if calibrated.len() < 2 {
+                return Err(ReduceError::Uncalibrated { index: record.index });
+            }
+            let saturated: Vec<usize> = calibrated
+                .iter()
+                .copied()
+                .filter(|&pixel| light.irradiance_w_m2_nm[pixel].is_none())
+                .collect();
+            if let Some(&pixel) = saturated.first() {
+                let (pixels, wavelength_nm) = (saturated.len(), record.pixels[pixel].wavelength_nm);
+                return Err(ReduceError::Saturated {
+                    index: record.index,
+                    pixels,
+                    wavelength_nm,
+                });
+            }
+            let at: Vec<f64> = calibrated
+                .iter()
+                .map(|&pixel| record.pixels[pixel].wavelength_nm)
+                .collect();
+            let of: Vec<f64> = calibrated
+                .iter()
+                .filter_map(|&pixel| light.irradiance_w_m2_nm[pixel])
+                .collect();
+            let u =
+                |of: &SpectralIrradiance| -> Vec<f64> { calibrated.iter().map(|&pixel| of.u_w_m2_nm[pixel]).collect() };
+            let (u, u_expected) = (u(&light), u(&quiet));
+            let (grid, bins) = bins(&at);
+            if grid.len() < 2 {
+                return Err(ReduceError::Uncalibrated { index: record.index });
+            }
+            if mean.wavelength_nm.is_empty() {
+                let none = vec![0.0; grid.len()];
+                mean = Self {
+                    wavelength_nm: grid,
+                    value: none.clone(),
+                    variance: none.clone(),
+                    expected: none,
+                };
+            }
+            // The weight of each pixel in all values together.
+            let mut all_of = vec![0.0; of.len()];
+            for &(pixel, weight) in bins.iter().flatten() {
+                all_of[pixel] += weight;
+            }
+            for (place, weights) in bins.iter().enumerate().take(mean.value.len()) {
+                mean.value[place] += weights.iter().map(|&(pixel, weight)| weight * of[pixel]).sum::<f64>() / n;
+                mean.variance[place] += weights
+                    .iter()
+                    .map(|&(pixel, weight)| (weight * u[pixel]).powi(2))
+                    .sum::<f64>()
+                    / (n * n);
+                mean.expected[place] += weights
+                    .iter()
+                    .map(|&(pixel, weight)| weight * all_of[pixel] * u_expected[pixel].powi(2))
+                    .sum::<f64>()
+                    / (n * n);
+            }
+        }
+        Ok(mean)
+    }
+}
+
+/// For every whole nanometre whose ± ½ nm the pixels cover: weights of the pixels in the mean of their linear
+/// interpolant over that nanometre. Sampling it instead would throw away most of the pixels and keep their noise.
+fn bins(at_nm: &[f64]) -> (Vec<f64>, Vec<Vec<(usize, f64)>>) {
+    let (first, last) = (at_nm[0], at_nm[at_nm.len() - 1]);
+    let (from, to) = ((first + 0.5).ceil().max(200.0), (last - 0.5).floor().min(2500.0));
+    let mut grid = Vec::new();
+    let mut all = Vec::new();
+    let mut nm = from;
+    while nm <= to {
+        let (low, high) = (nm - 0.5, nm + 0.5);
+        let begin = at_nm.partition_point(|at| *at <= low).saturating_sub(1);
+        let mut weights: Vec<(usize, f64)> = Vec::new();
+        let mut add = |pixel: usize, weight: f64| match weights.iter_mut().find(|(known, _)| *known == pixel) {
+            Some((_, sum)) => *sum += weight,
+            None => weights.push((pixel, weight)),
+        };
+        for pixel in begin..at_nm.len() - 1 {
+            let (left, right) = (at_nm[pixel], at_nm[pixel + 1]);
+            if left >= high {
+                break;
+            }
+            let (a, b) = (left.max(low), right.min(high));
+            if b <= a {
+                continue;
+            }
+            // ∫ over [a, b] of the line through both pixels, as weights of the two.
+            let share = (0.5 * (a + b) - left) / (right - left);
+            add(pixel, (b - a) * (1.0 - share));
+            add(pixel + 1, (b - a) * share);
+        }
+        grid.push(nm);
+        all.push(weights);
+        nm += 1.0;
+    }
+    (grid, all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bins;
+
+    #[test]
+    fn a_line_is_kept_and_noise_averaged() {
+        let at: Vec<f64> = (0..1500).map(|pixel| 350.2 + 0.31 * f64::from(pixel)).collect();
+        let (grid, weights) = bins(&at);
+        assert_eq!(grid[0], 351.0);
+        for (nm, weights) in grid.iter().zip(&weights) {
+            let mean: f64 = weights
+                .iter()
+                .map(|&(pixel, weight)| weight * (3.0 * at[pixel] + 1.0))
+                .sum();
+            assert!((mean - (3.0 * nm + 1.0)).abs() < 1e-9);
+            assert!((weights.iter().map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+}
