@@ -195,7 +195,8 @@ impl Chosen {
             });
             let Some(c_deg) = add.filter(|_| beyond) else {
                 let reason = format!(
-                    "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); wanted is {:.2} %",
+                    "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); \
+                     wanted is {:.2} %",
                     rings.len(),
                     halves.len(),
                     100.0 * missed,

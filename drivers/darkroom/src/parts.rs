@@ -44,8 +44,8 @@ part! {
         /// meaning and may not be given.
         #[serde(skip_serializing_if = "Option::is_none")]
         table: Option<String> = None;
-        /// Diameter of the disc that shines with that table from every point, mm; 0 is a point. It stands in the plane of
-        /// the light centre, across the lamp's axis.
+        /// Diameter of the disc that shines with that table from every point, mm; 0 is a point. It stands in the plane
+        /// of the light centre, across the lamp's axis.
         #[serde(skip_serializing_if = "Option::is_none")]
         luminous_diameter_mm: Option<f64> = None, 0.0..=10_000.0;
         /// What `table` holds.
@@ -69,7 +69,8 @@ part! {
         flux_spread_rel: f64 = 0.03, 0.0..=0.3;
         /// Standard deviation of the aim from LED to LED, degrees (their mean is zero).
         aim_spread_deg: f64 = 0.2, 0.0..=10.0;
-        /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other seeds.
+        /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other
+        /// seeds.
         seed: u64 = 0;
         /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times 1 + rise ·
         /// sin²θ + lean · sin θ · cos(C − azimuth), θ from that axis.
@@ -171,8 +172,8 @@ part! {
         encoder_noise_deg: f64 = 0.0, 0.0..=1.0;
         /// Position when the room is opened, degrees.
         start_deg: f64 = 0.0;
-        /// Wobble of its speed: at the fastest speed the position is off by up to this, periodically; less in proportion
-        /// when slower, degrees.
+        /// Wobble of its speed: at the fastest speed the position is off by up to this, periodically; less in
+        /// proportion when slower, degrees.
         wobble_deg: f64 = 0.0, 0.0..=1.0;
         /// Way after which the wobble repeats (a turn of the worm), degrees.
         wobble_period_deg: f64 = 4.0, 0.01..=360.0;
@@ -231,11 +232,13 @@ part! {
         noise_correlation: f64 = 0.0, 0.0..=0.99;
         /// Time constant of its amplifier, a first-order lag of the light before it is integrated, s.
         lag_s: f64 = 0.0, 0.0..=10.0;
-        /// From a request to the beginning of its measurement (of a meter that converts all the time: to its answer), s.
+        /// From a request to the beginning of its measurement (of a meter that converts all the time: to its answer),
+        /// s.
         latency_s: f64 = 0.0, 0.0..=10.0;
         /// Standard deviation of that from one measurement to the next, s; never below zero.
         latency_jitter_s: f64 = 0.0, 0.0..=1.0;
-        /// How much slower its clock is than that of the room, parts in a million: integration and conversions last longer.
+        /// How much slower its clock is than that of the room, parts in a million: integration and conversions last
+        /// longer.
         clock_ppm: f64 = 0.0, -10_000.0..=10_000.0;
     }
 }

@@ -235,7 +235,8 @@ fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationE
         "" => Quality::Ok,
         _ => fields.word("quality")?,
     };
-    let gamma_deg = fields.within("gamma_deg", -180.0, 180.0, "between -180 and 180")?;
+    // What an axis reads back at 180° may lie beyond it by its tolerance, which is 1° at most.
+    let gamma_deg = fields.within("gamma_deg", -181.0, 181.0, "between -181 and 181")?;
     let travel = fields.whole("travel")?.unwrap_or(0);
     fields.require((-1..=1).contains(&travel), "travel", travel as f64, "-1, 0 or 1")?;
     let (illuminance_lx, u_lx) = match (need, quality) {
@@ -293,6 +294,18 @@ mod tests {
             "a negative reading is data"
         );
         assert_eq!(readings.rows()[1].at.time_s, None);
+    }
+
+    #[test]
+    fn an_axis_may_stand_beyond_the_pole_by_its_tolerance() {
+        let row = |gamma_deg: &str| format!("0,A,lit,1,0,{gamma_deg},2000,1,0,,1,1\n");
+        let readings = read(&row("180.0001"), Need::Values).unwrap();
+        assert_eq!(readings.rows()[0].at.gamma_deg, 180.0001);
+        let refused = read(&row("-181.5"), Need::Values).unwrap_err().to_string();
+        assert_eq!(
+            refused,
+            "r.csv:2: `gamma_deg` = -181.5: it must be between -181 and 181"
+        );
     }
 
     #[test]

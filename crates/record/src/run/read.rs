@@ -347,8 +347,8 @@ impl Run {
         Ok(Survey::of(path)?.whole()?.run)
     }
 
-    /// Seconds since the run began at which a session begins whose UTC is `utc`. What is recorded already was before it,
-    /// whatever became of the clock of the computer.
+    /// Seconds since the run began at which a session begins whose UTC is `utc`. What is recorded already was before
+    /// it, whatever became of the clock of the computer.
     pub(super) fn next_session_s(&self, utc: &str) -> f64 {
         let rows = self.readings.rows.iter().filter_map(|row| row.time_s);
         let spectra = self.spectra.iter().filter_map(|spectrum| spectrum.time_s);

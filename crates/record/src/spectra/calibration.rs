@@ -4,8 +4,8 @@ use camino::Utf8Path;
 
 use crate::table::{ObservationError, Problem, Table};
 
-/// A calibration: spectral irradiance of one linear count per second over wavelength, in the columns `wavelength_nm` and
-/// `factor` of a CSV. A line that begins with `#` is a comment.
+/// A calibration: spectral irradiance of one linear count per second over wavelength, in the columns `wavelength_nm`
+/// and `factor` of a CSV. A line that begins with `#` is a comment.
 ///
 /// # Errors
 /// [`ObservationError`] with line for a missing column, numbers that are none, wavelengths that do not rise.
