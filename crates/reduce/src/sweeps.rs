@@ -11,6 +11,7 @@ mod delay;
 mod guard;
 mod merged;
 mod swept;
+mod symmetry;
 mod track;
 
 use std::borrow::Cow;
@@ -103,6 +104,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         if block.target.is_some() && complete {
             half_planes = Some(HalfPlanes::of(block, around.iter().filter_map(Swept::ring)));
         }
+        notes.extend(symmetry::note(block, &around));
         let of_block = block_readings(run, block, &tracked, complete)?;
         notes.push(of_block.note);
         checks.extend(of_block.checks);
