@@ -13,7 +13,7 @@ use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
-use isolux_record::{Plan, Role, Run};
+use isolux_record::{Event, Plan, Role, Run};
 use isolux_reduce::{Options, ReduceError, Reduction};
 use isolux_virtual::station::{calibration, in_memory, station};
 use isolux_virtual::twins::Choice;
@@ -280,6 +280,69 @@ fn chosen_half_planes_give_the_others_with_an_uncertainty_that_holds() {
     scanned(&darkroom, &chosen(), Target::Resume(&cut), None).unwrap();
     let resumed = reduced(&cut);
     assert_eq!(resumed.between.unwrap().read_c_deg, between.read_c_deg);
+}
+
+/// A narrow round lamp, dimmed by `depth` about the half-plane at `at_deg` over a full width at half depth of 20°.
+fn round(at_deg: f64, depth: f64) -> impl Fn(f64, f64) -> f64 {
+    move |c, gamma| {
+        let off = (c - at_deg + 180.0).rem_euclid(360.0) - 180.0;
+        let dip = 1.0 - depth * (-0.5 * (off / 8.5).powi(2)).exp() * (gamma / 5.0).min(1.0);
+        1500.0 * gamma.to_radians().cos().max(0.0).powi(20) * dip
+    }
+}
+
+/// Sound lamps, lamps that lean by 0.3° and lamps with a dip of 5 % × 20°, each in `ISOLUX_RINGS` rooms (3 by default).
+#[test]
+fn rings_accept_a_round_lamp_and_refuse_one_that_leans_or_has_a_dip() {
+    let plan = {
+        let text = toml::to_string(&plan("mode = \"sweep\"\nsymmetry_max_rel = 0.01\nreference_every = 5")).unwrap();
+        let text = text.replace("c_range = [0.0, 150.0, 30.0]", "c_deg = [0.0]");
+        Plan::parse(
+            Utf8Path::new("plan.toml"),
+            &text.replace("[-180.0, 180.0, 3.0]", "[0.0, 180.0, 3.0]"),
+        )
+        .unwrap()
+    };
+    let rooms = std::env::var("ISOLUX_RINGS").map_or(3_u32, |count| count.parse().unwrap());
+    let meter = "[luxmeter]\nlatency_s = 0.09\nlatency_jitter_s = 0.004\nlag_s = 0.02\n";
+    let mut most_s = 0.0_f64;
+    for seed in 1..=rooms {
+        let at_deg = (f64::from(seed) * 137.5).rem_euclid(360.0);
+        let tilt = format!("luminaire_tilt = {{ angle_deg = 0.3, azimuth_deg = {at_deg} }}\n");
+        for (what, depth, effects) in [("sound", 0.0, ""), ("tilt", 0.0, tilt.as_str()), ("dip", 0.05, "")] {
+            let more = format!("{meter}[injected_effects]\n{effects}");
+            let mut darkroom = room_of(table_of(round(at_deg, depth)), &more);
+            darkroom.seed = u64::from(seed);
+            let (_keep, path) = folder();
+            let outcome = scanned(&darkroom, &plan, Target::New(&path), None);
+            match outcome {
+                Ok(_) => {
+                    assert_eq!(what, "sound", "seed {seed} at C {at_deg}°");
+                    let notes = reduced(&path).notes;
+                    let note = notes
+                        .iter()
+                        .find(|note| note.contains("was looked at by rings"))
+                        .unwrap();
+                    assert!(note.contains("a dip of 5 % would have been seen from 1.5°"), "{note}");
+                }
+                Err(failure) => {
+                    assert_ne!(what, "sound", "seed {seed}: {failure}");
+                    assert_eq!(failure.kind, FailureKind::No, "{failure}");
+                    assert!(failure.to_string().contains("(rotational)"), "{failure}");
+                }
+            }
+            let events = isolux_record::event::read(&path);
+            let time = |is: fn(&Event) -> bool| -> jiff::Timestamp {
+                let logged = events.iter().find(|logged| is(&logged.event)).unwrap();
+                logged.time_utc.parse().unwrap()
+            };
+            let from = time(|event| matches!(event, Event::Stable { .. }));
+            let until = time(|event| matches!(event, Event::Symmetry { .. }));
+            most_s = most_s.max(until.duration_since(from).as_secs_f64());
+        }
+    }
+    println!("{rooms} rooms each: at most {most_s:.0} s from a stable lamp");
+    assert!(most_s < 200.0, "{most_s}");
 }
 
 /// What the directions say that were read at rest after the sweeps.

@@ -2,9 +2,9 @@
 //! read all round.
 
 /// Width of the mean of a circle's readings about each place, degrees: less noise, and every defect that is wider stays.
-const MEAN_DEG: f64 = 7.5;
+pub(crate) const MEAN_DEG: f64 = 7.5;
 /// Steps in which a circle is kept, degrees.
-const STEP_DEG: f64 = 2.5;
+pub(crate) const STEP_DEG: f64 = 2.5;
 
 /// What a spline through half-planes misses anywhere, in what it misses of rings: up to so many times on sixteen
 /// luminaires with three or four rings each.

@@ -9,6 +9,7 @@
 //! Frame (CIE 121, EN 13032-1): d(C, γ) = (sin γ cos C, sin γ sin C, cos γ).
 
 mod around;
+mod asymmetry;
 mod circle;
 mod curve;
 mod direction;
@@ -20,6 +21,7 @@ mod smooth;
 mod symmetry;
 
 pub use around::{AroundSpline, BEYOND_RINGS, Missed, Ring};
+pub use asymmetry::{Asymmetry, DIP_REL};
 pub use circle::{Circle, NotRound};
 pub use direction::{angles_deg, direction, polar_deg};
 pub use distribution::{DistributionError, IntensityDistribution, Peak};

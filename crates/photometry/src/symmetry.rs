@@ -34,6 +34,17 @@ pub enum SymmetryError {
 }
 
 impl Symmetry {
+    /// What it is about, as words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Rotational => "rotational",
+            Self::C0C180 => "about the plane C 0°–C 180°",
+            Self::C90C270 => "about the plane C 90°–C 270°",
+            Self::Quadrant => "about both planes C 0°–C 180° and C 90°–C 270°",
+        }
+    }
+
     /// The images of a half-plane under the symmetry, itself first, in degrees within [0, 360).
     pub fn images_deg(self, c_deg: f64) -> Vec<f64> {
         let mirror_0 = (360.0 - c_deg).rem_euclid(360.0);

@@ -140,6 +140,23 @@ pub enum Event {
         /// Why these.
         reason: String,
     },
+    /// Rings show how far the light has the symmetry that half-planes of a block assume.
+    Symmetry {
+        /// The block.
+        block: String,
+        /// The symmetry, as words.
+        symmetry: String,
+        /// The largest difference, in shares of the largest light.
+        largest_rel: f64,
+        /// There: C, degrees.
+        c_deg: f64,
+        /// There: γ, degrees.
+        gamma_deg: f64,
+        /// What the plan allows.
+        most_rel: f64,
+        /// The narrowest dip of 5 % that would have been seen, degrees of C.
+        narrowest_deg: Option<f64>,
+    },
     /// A visit or a warm-up is made again.
     Again {
         /// Why.

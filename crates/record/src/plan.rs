@@ -89,6 +89,9 @@ pub struct BlockDocument {
     /// Half-planes are chosen from those of `c_deg` until this is reached; without it all are swept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<PlaneTarget>,
+    /// Rings show first whether the symmetry that the half-planes assume holds: to so much of the largest light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symmetry_max_rel: Option<f64>,
     /// Readings a point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<u32>,
@@ -161,6 +164,9 @@ pub struct Block {
     pub sweep_deg_s: Option<f64>,
     /// What its half-planes are chosen for, where not all of them are swept.
     pub target: Option<PlaneTarget>,
+    /// Largest difference, in shares of the largest light, that rings may show from the symmetry that the half-planes
+    /// assume; none where no ring asks.
+    pub symmetry_max_rel: Option<f64>,
     /// Points between two visits to the reference point.
     pub reference_every: Option<u32>,
     /// How often a point is read.
@@ -173,7 +179,12 @@ impl Block {
     /// The sweeps of a block that is read in motion, in their order; none of one that is read at rest.
     pub fn passes(&self) -> Vec<Pass> {
         self.sweep_deg_s.map_or_else(Vec::new, |speed| {
-            sweep::passes(&self.c_deg, &self.gamma_deg, speed, self.target.is_some())
+            let rings = match (self.target, self.symmetry_max_rel) {
+                (Some(_), _) => sweep::Rings::BehindThePair,
+                (None, Some(_)) => sweep::Rings::BehindTheFirst,
+                (None, None) => sweep::Rings::None,
+            };
+            sweep::passes(&self.c_deg, &self.gamma_deg, speed, rings)
         })
     }
 }
@@ -329,6 +340,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         order: block.order,
         sweep_deg_s,
         target,
+        symmetry_max_rel: sweep::symmetry_max_rel(path, block)?,
         reference_every: block.reference_every,
         repeats,
         prompt: block.prompt.clone(),
@@ -517,6 +529,34 @@ repeats = 20
             ("mode = \"sweep\"\n", "", "belongs to blocks"),
         ] {
             let text = chosen.replacen(from, to, 1);
+            let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
+            assert!(error.contains(word), "{to}: {error}");
+        }
+    }
+
+    #[test]
+    fn rings_for_a_symmetry_follow_the_first_sweep() {
+        let rings = PLAN.replace("[0, 360, 15]", "[0, 90, 15]").replace(
+            "[0.0, 180.0, 2.0]",
+            "[0, 180, 2]\nmode = \"sweep\"\nsymmetry_max_rel = 0.01",
+        );
+        let passes = Plan::parse(Utf8Path::new("p.toml"), &rings).unwrap().blocks()[0].passes();
+        let is_ring = |pass: &Pass| pass.way.half_plane_deg().is_none();
+        assert_eq!(passes.iter().position(is_ring), Some(1));
+        assert_eq!(
+            (passes.len(), passes.iter().filter(|pass| is_ring(pass)).count()),
+            (4 + RINGS + 6, RINGS)
+        );
+        for (from, to, word) in [
+            ("symmetry_max_rel = 0.01", "symmetry_max_rel = 1.0", "0.001 to 0.2"),
+            ("mode = \"sweep\"\n", "", "belongs to blocks"),
+            (
+                "mode = \"sweep\"\n",
+                "mode = \"sweep\"\ntarget = { u_map_rel = 0.02 }\n",
+                "all round",
+            ),
+        ] {
+            let text = rings.replacen(from, to, 1);
             let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
             assert!(error.contains(word), "{to}: {error}");
         }

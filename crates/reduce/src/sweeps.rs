@@ -11,6 +11,7 @@ mod delay;
 mod guard;
 mod merged;
 mod swept;
+mod symmetry;
 mod track;
 
 use std::borrow::Cow;
@@ -32,6 +33,8 @@ use swept::Swept;
 const SAME_SPEED: f64 = 0.02;
 /// Share of the largest light that γ = 0° needs to show the lamp's drift.
 const LEAST_REFERENCE: f64 = 0.05;
+/// And the largest relative standard uncertainty of it.
+const MOST_U_OF_REFERENCE: f64 = 0.005;
 
 /// What is known of readings that were taken in motion.
 #[derive(Default)]
@@ -103,6 +106,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         if block.target.is_some() && complete {
             half_planes = Some(HalfPlanes::of(block, around.iter().filter_map(Swept::ring)));
         }
+        notes.extend(symmetry::note(block, &around));
         let of_block = block_readings(run, block, &tracked, complete)?;
         notes.push(of_block.note);
         checks.extend(of_block.checks);
@@ -254,7 +258,10 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
     for sweep in &fitted {
         let curve = &sweep.along.curve;
         let [low, high] = curve.range_deg();
-        if low <= 0.0 && high >= 0.0 && sweep.covers(0.0) && curve.at(0.0) > LEAST_REFERENCE * sweep.largest() {
+        // A curve that ends at the pole is held there from one side: what it says is no reference.
+        let is_known = curve.u_noise(0.0) < MOST_U_OF_REFERENCE * curve.at(0.0);
+        let is_lit = curve.at(0.0) > LEAST_REFERENCE * sweep.largest();
+        if low <= 0.0 && high >= 0.0 && sweep.covers(0.0) && is_lit && is_known {
             readings.push(MergedRow {
                 recorded: None,
                 reading: sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)),

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use isolux_photometry::{AroundSpline, BEYOND_RINGS, Ring};
+use isolux_photometry::{AroundSpline, Asymmetry, BEYOND_RINGS, Circle, NotRound, Ring, Symmetry};
 use isolux_record::Run;
 use isolux_record::plan::{Block, Pass, PlaneTarget, RINGS, Way, ring};
 use isolux_record::sweeps::SweepRecord;
@@ -24,7 +24,8 @@ const ROUNDS: usize = 8;
 #[derive(Debug, Default)]
 pub struct Chosen {
     planes: Vec<Plane>,
-    rings: Vec<Option<Ring>>,
+    /// Each with +1 where C rose, −1 where it fell; none where a stretch has no light.
+    rings: Vec<Option<(Ring, f64)>>,
     /// Whether the last half-plane, and the last ring, were swept to larger angles.
     rose: [bool; 2],
     /// The light of the first half-plane the other way.
@@ -84,7 +85,8 @@ impl Chosen {
         let way = sweep.of.way();
         let Some(c_deg) = way.half_plane_deg() else {
             self.rose[1] = way.sign() > 0.0;
-            self.rings.push(Ring::of(sweep.of.gamma_deg[0], light.into_iter()));
+            let ring = Ring::of(sweep.of.gamma_deg[0], light.into_iter());
+            self.rings.push(ring.map(|ring| (ring, way.sign())));
             return;
         };
         self.rose[0] = way.sign() > 0.0;
@@ -155,8 +157,16 @@ impl Chosen {
         plane(c_deg, vec![c_deg], reason)
     }
 
-    /// γ of the rings, rising: over those at which the first two half-planes have light.
-    fn ring_gammas(&self, block: &Block) -> [f64; RINGS] {
+    /// How far the rings differ from the symmetry that the half-planes of `block` assume; none before they are swept.
+    pub fn asymmetry(&self, block: &Block) -> Option<(Symmetry, Asymmetry)> {
+        let symmetry = assumed(block).ok()?;
+        let rings: Vec<(&Ring, f64)> = self.rings.iter().flatten().map(|(ring, sign)| (ring, *sign)).collect();
+        let swept = (self.rings.len() >= RINGS).then(|| Asymmetry::of(&rings, symmetry));
+        Some((symmetry, swept.flatten()?))
+    }
+
+    /// γ of the rings, rising: over those at which the half-planes before them, one or two, have light.
+    pub fn ring_gammas(&self, block: &Block) -> [f64; RINGS] {
         let light: Vec<(f64, f64)> = self
             .planes
             .iter()
@@ -176,7 +186,7 @@ impl Chosen {
 
     /// Half-planes that are needed by what splines miss of the rings, rising, and what that is.
     fn by_rings(&self, block: &Block, target: PlaneTarget, across: f64) -> (Vec<f64>, String) {
-        let rings: Vec<&Ring> = self.rings.iter().flatten().collect();
+        let rings: Vec<&Ring> = self.rings.iter().flatten().map(|(ring, _)| ring).collect();
         let mut set = vec![block.c_deg[0], across];
         set.sort_by(f64::total_cmp);
         loop {
@@ -288,7 +298,7 @@ impl Chosen {
     /// The largest light of all, lx.
     fn largest(&self) -> f64 {
         let planes = self.planes.iter().flat_map(|plane| &plane.light).map(|at| at.1);
-        let rings = self.rings.iter().flatten().map(Ring::largest);
+        let rings = self.rings.iter().flatten().map(|(ring, _)| ring.largest());
         planes.chain(rings).fold(f64::MIN_POSITIVE, f64::max)
     }
 
@@ -354,6 +364,14 @@ fn along(light: &[(f64, f64)], gamma_deg: f64) -> f64 {
         (Some(one), None) | (None, Some(one)) => one.1,
         (None, None) => 0.0,
     }
+}
+
+/// The symmetry that the half-planes of a block assume.
+///
+/// # Errors
+/// [`NotRound`] where a part of the circle is missing that no symmetry gives.
+pub fn assumed(block: &Block) -> Result<Symmetry, NotRound> {
+    Circle::of(&halves_deg(block, &block.c_deg)).map(|circle| circle.assumed)
 }
 
 /// Whether a sweep reads the half-plane opposite, too.

@@ -35,6 +35,7 @@ mod repeats;
 mod session;
 mod spectra;
 mod sweep;
+mod symmetry;
 mod taken;
 mod verify;
 mod visit;

@@ -133,6 +133,28 @@ pub enum ScanError {
         /// The half-planes, with their first γ without light.
         planes: String,
     },
+    /// Rings show that the light does not have the symmetry that half-planes assume.
+    #[error(
+        "block `{block}`: its half-planes assume a lamp that is symmetric ({symmetry}), and rings differ from that by {:.2} % of the \
+         largest light at C {c_deg}°, γ {gamma_deg}°; the plan allows {:.2} %. Look at how the lamp hangs, measure half-planes \
+         all round, or allow more with `symmetry_max_rel`",
+        100.0 * found_rel,
+        100.0 * most_rel
+    )]
+    NotSymmetric {
+        /// Name of the block.
+        block: String,
+        /// The symmetry, as words.
+        symmetry: &'static str,
+        /// The largest difference, in shares of the largest light.
+        found_rel: f64,
+        /// There: C, degrees.
+        c_deg: f64,
+        /// There: γ, degrees.
+        gamma_deg: f64,
+        /// What the plan allows.
+        most_rel: f64,
+    },
     /// Spectra of one point do not agree.
     #[error(
         "the spectra of one point do not agree: {found:.0} counts above the dark level beside a median of {median:.0}, \
@@ -263,7 +285,8 @@ impl ScanError {
                 | RunError::OtherFormat { .. }
                 | RunError::Damaged { .. },
             ) => ScanErrorKind::BadPlan,
-            Self::NotStable { .. }
+            Self::NotSymmetric { .. }
+            | Self::NotStable { .. }
             | Self::NoPower { .. }
             | Self::NoLight { .. }
             | Self::NoNumber { .. }

@@ -1,11 +1,13 @@
 //! What a sweep asks of a bench: a meter that is fast enough, a fixed range, way enough for run-up and run-out.
 
 use isolux_device::LuxMeterProperties;
+use isolux_photometry::Symmetry;
 use isolux_record::Station;
 use isolux_record::document::Fault;
 use isolux_record::plan::{Block, Pass, Plan, RINGS, Way};
 use isolux_record::station::Axis;
 
+use crate::chosen;
 use crate::devices::Devices;
 
 /// Between the end of one conversion and the beginning of the next: both ways on a line of 9600 baud.
@@ -89,6 +91,7 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
 /// # Errors
 /// A [`Fault`] with the plan's key.
 pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Result<(), Fault> {
+    check_symmetry(index, block)?;
     for pass in block.passes() {
         let is_ring = pass.way.half_plane_deg().is_none();
         let (name, axis) = moving(station, &pass);
@@ -105,7 +108,14 @@ pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Resu
         let ends = pass.ends_deg(axis.accel_deg_s2);
         if let Some(end) = ends.iter().find(|end| !(low..=high).contains(*end)) {
             let (key, what) = if is_ring {
-                ("target", "a ring")
+                (
+                    if block.target.is_some() {
+                        "target"
+                    } else {
+                        "symmetry_max_rel"
+                    },
+                    "a ring",
+                )
             } else {
                 ("gamma_deg|gamma_range", "a sweep")
             };
@@ -120,6 +130,23 @@ pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Resu
         }
     }
     Ok(())
+}
+
+/// That rings have a symmetry to look at, where they are asked for.
+fn check_symmetry(index: usize, block: &Block) -> Result<(), Fault> {
+    let key = format!("block.{index}.symmetry_max_rel");
+    match block.symmetry_max_rel.map(|_| chosen::assumed(block)) {
+        Some(Ok(Symmetry::None)) => Err(Fault::new(
+            key,
+            format!(
+                "the half-planes of block `{}` lie all round and assume no symmetry: leave it out, or take a part of the circle, \
+                 C 0° to 90° or to 180° with γ from 0°, or one half-plane",
+                block.name
+            ),
+        )),
+        Some(Err(error)) => Err(Fault::new(key, format!("block `{}`: {error}", block.name))),
+        _ => Ok(()),
+    }
 }
 
 /// The axis that moves in a sweep, and its name.

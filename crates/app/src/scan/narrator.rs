@@ -121,6 +121,7 @@ impl<'a> Narrator<'a> {
             }
             Event::Spectrum { .. }
             | Event::HalfPlanes { .. }
+            | Event::Symmetry { .. }
             | Event::Again { .. }
             | Event::Paused { .. }
             | Event::Resumed { .. }

@@ -115,6 +115,25 @@ impl ScanState {
                 );
                 Some(format!("{noun} C {planes} to be swept: {reason}"))
             }
+            Event::Symmetry {
+                symmetry,
+                largest_rel,
+                c_deg,
+                gamma_deg,
+                most_rel,
+                narrowest_deg,
+                ..
+            } => {
+                let seen = narrowest_deg.map_or_else(String::new, |deg| {
+                    format!("; a dip of 5 % would have been seen from {deg:.1}° of C on")
+                });
+                Some(format!(
+                    "symmetry {symmetry}: rings differ from it by at most {:.2} % of the largest light, at C {c_deg}°, γ \
+                     {gamma_deg}°; the plan allows {:.2} %{seen}",
+                    100.0 * largest_rel,
+                    100.0 * most_rel
+                ))
+            }
             Event::Again { reason } => Some(format!("measured again: {reason}")),
             Event::Paused {
                 by,

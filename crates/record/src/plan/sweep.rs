@@ -141,10 +141,14 @@ pub fn ring(gamma_deg: f64, forward: bool, speed_deg_s: f64) -> Pass {
 pub(super) fn speed(path: &str, block: &BlockDocument, gamma_deg: &[f64]) -> Result<Option<f64>, Fault> {
     let fault = |key: &str, message: &str| Err(Fault::new(format!("{path}.{key}"), message));
     if block.mode == Mode::Step {
-        return match (block.speed_deg_s, block.target) {
-            (Some(_), _) => fault("speed_deg_s", "belongs to blocks with mode = \"sweep\""),
-            (None, Some(_)) => fault("target", "belongs to blocks with mode = \"sweep\""),
-            (None, None) => Ok(None),
+        let given = [
+            ("speed_deg_s", block.speed_deg_s.is_some()),
+            ("target", block.target.is_some()),
+            ("symmetry_max_rel", block.symmetry_max_rel.is_some()),
+        ];
+        return match given.iter().find(|(_, is_given)| *is_given) {
+            Some((key, _)) => fault(key, "belongs to blocks with mode = \"sweep\""),
+            None => Ok(None),
         };
     }
     if block.kind != ReadingKind::Lit || block.instrument != Instrument::Luxmeter {
@@ -237,9 +241,35 @@ pub(super) fn target(
     Ok(Some(target))
 }
 
+/// How far rings may show the light to differ from the symmetry that the half-planes assume.
+///
+/// # Errors
+/// [`Fault`] for a value out of range, and for half-planes that are chosen all round: those assume nothing.
+pub(super) fn symmetry_max_rel(path: &str, block: &BlockDocument) -> Result<Option<f64>, Fault> {
+    let fault = |message: String| Err(Fault::new(format!("{path}.symmetry_max_rel"), message));
+    match block.symmetry_max_rel {
+        Some(most) if !(0.001..=0.2).contains(&most) => fault(format!("is {most}, expected 0.001 to 0.2")),
+        Some(_) if block.target.is_some() => fault(
+            "does not go with `target`: half-planes that are chosen lie all round and assume no symmetry".to_owned(),
+        ),
+        most => Ok(most),
+    }
+}
+
+/// Where rings stand among the sweeps of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rings {
+    /// Nowhere.
+    None,
+    /// As soon as a half-plane says where there is light.
+    BehindTheFirst,
+    /// Behind all sweeps of the first half-plane.
+    BehindThePair,
+}
+
 /// The sweeps of half-planes `c_deg` over rising `gamma_deg`: the first forward, backward, and both again slowly near γ =
-/// 0°; then, where half-planes are chosen, rings, whose γ the light of the first ones decides; then directions alternate.
-pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64, chosen: bool) -> Vec<Pass> {
+/// 0°; then directions alternate. The γ of `rings` is decided by the light of the half-planes before them.
+pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64, rings: Rings) -> Vec<Pass> {
     let (Some(&low), Some(&high), Some(&first)) = (gamma_deg.first(), gamma_deg.last(), c_deg.first()) else {
         return Vec::new();
     };
@@ -260,8 +290,11 @@ pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64, chosen:
         pass(first, inner, slow),
         pass(first, [inner[1], inner[0]], slow),
     ];
-    if chosen {
-        passes.extend((0..RINGS).map(|place| ring(high * (place + 1) as f64 / 5.0, place % 2 == 0, speed_deg_s)));
+    let around = (0..RINGS).map(|place| ring(high * (place + 1) as f64 / 5.0, place % 2 == 0, speed_deg_s));
+    match rings {
+        Rings::None => {}
+        Rings::BehindTheFirst => drop(passes.splice(1..1, around)),
+        Rings::BehindThePair => passes.extend(around),
     }
     for (place, &c) in c_deg[1..].iter().enumerate() {
         let way = if place % 2 == 0 { [low, high] } else { [high, low] };

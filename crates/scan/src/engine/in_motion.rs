@@ -131,6 +131,55 @@ async fn half_planes_are_chosen_by_rings_and_the_events_say_why() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn rings_show_first_whether_the_symmetry_of_a_plan_holds() {
+    let text = SWEEPS
+        .replace("c_deg = [0, 90]", "c_range = [0, 90, 30]\nsymmetry_max_rel = 0.02")
+        .replace("[-90, 90, 15]", "[0, 90, 15]");
+    let plan = plan(&text);
+    for (uneven, holds) in [(0.0, true), (UNEVEN, false)] {
+        let (mut devices, room) = bench();
+        room.lock().unwrap().uneven = uneven;
+        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        let outcome = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await;
+        assert!(at_rest(&room));
+        drop(run);
+        let read = Run::read(&path).unwrap();
+        let rings: Vec<bool> = ways(&read).iter().map(|way| way.half_plane_deg().is_none()).collect();
+        assert_eq!(rings[..=RINGS], [false, true, true, true, true]);
+        let is_symmetry = |logged: &isolux_record::Logged| matches!(logged.event, Event::Symmetry { .. });
+        assert_eq!(
+            isolux_record::event::read(&path)
+                .into_iter()
+                .filter(is_symmetry)
+                .count(),
+            1
+        );
+        if holds {
+            outcome.unwrap();
+            assert_eq!(rings.len(), 4 + RINGS + 3);
+            continue;
+        }
+        // The fake has three lobes: about no plane the same.
+        let error = outcome.unwrap_err();
+        assert_eq!(error.kind(), ScanErrorKind::NotAccepted, "{error}");
+        assert!(error.to_string().contains("about both planes"), "{error}");
+        assert_eq!(rings.len(), 1 + RINGS, "no half-plane is swept for nothing");
+        // Taken up again it says the same.
+        let (mut run, old) = RunDir::resume(&path, &header(&devices, &plan)).unwrap();
+        let again = scan(&mut devices, &plan, &mut run, &Cancel::new(), Some(&old)).await;
+        assert_eq!(again.unwrap_err().kind(), ScanErrorKind::NotAccepted);
+    }
+    let round = SWEEPS.replace("c_deg = [0, 90]", "c_range = [0, 150, 30]\nsymmetry_max_rel = 0.02");
+    let (mut devices, _room) = bench();
+    let plan = crate::testing::plan(&round);
+    let (_keep, _path, mut run) = run_dir(&devices, &plan);
+    let refused = scan(&mut devices, &plan, &mut run, &Cancel::new(), None)
+        .await
+        .unwrap_err();
+    assert!(refused.to_string().contains("assume no symmetry"), "{refused}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn ended_at_any_moment_the_same_half_planes_are_chosen() {
     let plan = chosen();
     let whole = {

@@ -1,6 +1,6 @@
 //! One session at the bench: from the first stop to the last visit, and what the instruments were last told.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use isolux_device::LuxRange;
 use isolux_record::limits::Limits;
@@ -57,6 +57,8 @@ pub(super) struct Session<'a> {
     pub coverage: Coverage,
     /// What half-planes are chosen by, of every block of sweeps.
     pub chosen: HashMap<String, Chosen>,
+    /// Blocks whose symmetry rings have shown.
+    pub symmetric: HashSet<String>,
     /// How far the computer's clock is ahead of the run's, by the last look.
     pub wall_ahead_s: f64,
 }
@@ -96,6 +98,7 @@ impl<'a> Session<'a> {
             range_up: 0,
             coverage: Coverage::default(),
             chosen: HashMap::new(),
+            symmetric: HashSet::new(),
             wall_ahead_s: 0.0,
         }
     }
@@ -158,6 +161,8 @@ impl<'a> Session<'a> {
                 current = Some(visit.block);
             }
             if !made {
+                self.judge_symmetry(block, visit)?;
+                let visit = &self.with_its_gamma(block, visit);
                 let already = progress.readings(visit);
                 self.awake(async |session| {
                     session.prove_lamp(block, visit).await?;
