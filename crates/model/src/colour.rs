@@ -19,6 +19,8 @@ pub struct ColourOverAngle {
     spectra: Vec<Spectrum>,
     /// Each spectrum at 360, 361, … 830 nm, W/nm for one lumen.
     per_lumen: Vec<[f64; TABLE]>,
+    /// Their sums, W/lm.
+    watt_per_lumen: Vec<f64>,
 }
 
 /// Why spectra are no colour over angle.
@@ -53,6 +55,7 @@ impl ColourOverAngle {
             half_planes,
             directions_deg,
             spectra,
+            watt_per_lumen: per_lumen.iter().map(|values| values.iter().sum()).collect(),
             per_lumen,
         })
     }
@@ -80,6 +83,15 @@ impl ColourOverAngle {
     /// Hands the number of each direction of which the light at (C, γ) is mixed to `each`, with its share of the lumens.
     pub fn each_weight(&self, c_deg: f64, gamma_deg: f64, each: impl FnMut(usize, f64)) {
         self.half_planes.each_weight(c_deg, gamma_deg, each);
+    }
+
+    /// The light at (C, γ) in W/lm: one over its luminous efficacy.
+    pub fn watt_per_lumen(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let mut sum = 0.0;
+        self.each_weight(c_deg, gamma_deg, |index, weight| {
+            sum += weight * self.watt_per_lumen[index]
+        });
+        sum
     }
 
     /// The light at (C, γ) at 360, 361, … 830 nm for one lumen, W/nm.
@@ -168,6 +180,7 @@ mod tests {
         let middle = of.at(123.0, 10.0);
         let lumens = |nm: usize| 683.0 * middle[nm - 360] * cie::V_LAMBDA[nm - 360];
         assert!((lumens(555) - 0.5).abs() < 1e-12 && (lumens(610) - 0.5).abs() < 1e-12);
+        assert!((of.watt_per_lumen(0.0, 10.0) - middle.iter().sum::<f64>()).abs() < 1e-15);
         let dark = ColourOverAngle::new(vec![((0.0, 0.0), line(850.0, 1.0))]).unwrap_err();
         assert!(dark.to_string().contains("no visible light"), "{dark}");
     }

@@ -1,8 +1,10 @@
 //! The signal of every bin of a set of sensor maps.
 
 use glam::{DMat3, DVec2, DVec3};
+use isolux_photometry::angles_deg;
 use isolux_record::observation::{Cell, MapPose, MapSet, MapUnit};
 
+use crate::colour::ColourOverAngle;
 use crate::effects::{Act, LampLaw, PairLaw, Pixel, Placement, Values};
 use crate::model::Model;
 use crate::pose::SensorPose;
@@ -67,6 +69,7 @@ impl Model {
             MapUnit::Lux => 1.0,
             MapUnit::WattPerSquareMetre => ler.map_or(f64::NAN, f64::recip),
         };
+        let coloured = self.colour().filter(|_| maps.unit() == MapUnit::WattPerSquareMetre);
         let full_scale = maps.full_scale().unwrap_or_else(|| match maps.unit() {
             MapUnit::Relative => 1.0,
             MapUnit::Lux | MapUnit::WattPerSquareMetre => {
@@ -108,8 +111,15 @@ impl Model {
                         [cell.ix as usize, cell.iy as usize],
                     )
                 });
-                for (light_lx, from_lamp_lx) in lights.iter_mut().zip(bench.lamp_lx(cells)) {
-                    *light_lx += from_lamp_lx * lamp;
+                let watts = |index: usize| {
+                    let place = DVec2::from_array(maps.place_mm(index)).extend(0.0);
+                    coloured.map_or(1.0, |colour| {
+                        self.watts_of(colour, bench.rotation * place + bench.centre_mm)
+                    })
+                };
+                let from_lamp = bench.lamp_lx(cells).into_iter().zip(indices);
+                for (light_lx, (from_lamp_lx, &index)) in lights.iter_mut().zip(from_lamp) {
+                    *light_lx += from_lamp_lx * lamp * watts(index);
                 }
             }
             for (law, values) in &chain.blur {
@@ -135,6 +145,13 @@ impl Model {
         signal
     }
 
+    /// Watts of a lumen of the light towards a place (mm, the luminaire's frame), over those of the spectrum on the axis.
+    fn watts_of(&self, colour: &ColourOverAngle, place_mm: DVec3) -> f64 {
+        let (c_deg, gamma_deg) = angles_deg(place_mm);
+        let axis = self.luminaire().ler_lm_per_w().unwrap_or(f64::NAN);
+        axis * colour.watt_per_lumen(c_deg, gamma_deg)
+    }
+
     /// Where each cell truly is in the luminaire's frame (mm), the direction that meets it at right angles, and the
     /// signal of one lux there in the unit of the maps, the sensor's own factors apart; none where no light of the lamp
     /// comes.
@@ -146,6 +163,7 @@ impl Model {
             MapUnit::Lux => 1.0,
             MapUnit::WattPerSquareMetre => self.ler_lm_per_w().map_or(f64::NAN, f64::recip),
         };
+        let coloured = self.colour().filter(|_| maps.unit() == MapUnit::WattPerSquareMetre);
         let benches: Vec<Bench<'_>> = maps
             .maps()
             .iter()
@@ -157,10 +175,11 @@ impl Model {
             let place = DVec2::from_array(maps.place_mm(index)).extend(0.0);
             (map.lamp && !map.capped).then(|| {
                 let point_mm = bench.rotation * place + bench.centre_mm;
+                let watts = coloured.map_or(1.0, |colour| self.watts_of(colour, point_mm));
                 (
                     point_mm,
                     bench.facing,
-                    scale * map.exposure * self.lamp_factor(map.time_s),
+                    scale * watts * map.exposure * self.lamp_factor(map.time_s),
                 )
             })
         };

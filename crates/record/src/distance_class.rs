@@ -24,6 +24,18 @@ pub enum DistanceClass {
     Narrow(f64),
 }
 
+/// Half the angle in degrees under which a luminous area of `extent_mm` is seen from `distance_mm`: what a detector there
+/// mixes.
+pub fn seen_under_deg(extent_mm: f64, distance_mm: f64) -> f64 {
+    (0.5 * extent_mm / distance_mm).atan().to_degrees()
+}
+
+/// Distance in mm from which on a luminous area of `extent_mm` is seen under no more than a step of `step_deg`, so that
+/// directions so far apart do not mix; in tens of millimetres.
+pub fn apart_from_mm(extent_mm: f64, step_deg: f64) -> f64 {
+    (0.5 * extent_mm / (0.5 * step_deg).to_radians().tan() / 10.0).ceil() * 10.0
+}
+
 impl DistanceClass {
     /// The class of `distance_mm` for a luminous area of largest extent `extent_mm`.
     pub fn of(distance_mm: f64, extent_mm: Option<f64>) -> Self {

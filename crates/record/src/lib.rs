@@ -21,7 +21,7 @@ pub mod subject;
 pub mod sweeps;
 mod table;
 
-pub use distance_class::DistanceClass;
+pub use distance_class::{DistanceClass, apart_from_mm, seen_under_deg};
 pub use event::{BenchState, Event, Logged};
 pub use isolux_document::{self as document, DocumentError, file};
 pub use job::Job;

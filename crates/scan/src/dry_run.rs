@@ -3,7 +3,7 @@
 use isolux_record::document::Fault;
 use isolux_record::plan::{Block, Instrument, Plan, Repeats};
 use isolux_record::station::{Access, Axis};
-use isolux_record::{DistanceClass, ReadingKind, Role, Station};
+use isolux_record::{DistanceClass, ReadingKind, Role, Station, apart_from_mm, seen_under_deg};
 use serde::Serialize;
 
 use crate::itinerary::{Visit, is_last_sweep, visits};
@@ -220,6 +220,26 @@ fn duration(axis: &Axis, way_deg: f64) -> f64 {
     }
 }
 
+/// A block of spectra over angle whose directions are nearer to each other than the lamp is wide.
+fn blurred(station: &Station, block: &Block) -> Option<String> {
+    let extent_mm = station.lamp()?.diameter_mm?;
+    let mut gammas = block.gamma_deg.clone();
+    gammas.sort_by(f64::total_cmp);
+    let steps = gammas.windows(2).map(|pair| pair[1] - pair[0]);
+    let step_deg = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let distance_mm = distance_mm(station, block);
+    let half_deg = seen_under_deg(extent_mm, distance_mm);
+    let over_angle = block.instrument == Instrument::Spectroradiometer && step_deg.is_finite();
+    (over_angle && 2.0 * half_deg > step_deg).then(|| {
+        format!(
+            "block `{}`: at {distance_mm:.0} mm the spectroradiometer sees the lamp under ±{half_deg:.1}° and mixes the colours of \
+             directions that are {step_deg}° apart; from {:.0} mm on it would not",
+            block.name,
+            apart_from_mm(extent_mm, step_deg)
+        )
+    })
+}
+
 fn summary(station: &Station, block: &Block) -> BlockSummary {
     let distance_mm = distance_mm(station, block);
     let extent = station.lamp().and_then(|lamp| lamp.diameter_mm);
@@ -353,6 +373,7 @@ fn notes(station: &Station, plan: &Plan) -> Vec<String> {
             .iter()
             .filter_map(|block| sweeps::note(station, block, at_rest_s)),
     );
+    notes.extend(plan.blocks().iter().filter_map(|block| blurred(station, block)));
     let mut lamp_was_on = false;
     let mut switched_off = false;
     for block in plan.blocks() {
@@ -422,6 +443,28 @@ mod tests {
             "{:?}",
             day.notes
         );
+    }
+
+    #[test]
+    fn spectra_nearer_to_each_other_than_the_lamp_is_wide_are_named() {
+        let block = |step: f64| {
+            let block = format!(
+                "[[block]]\nname = \"colour\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = [0, 90]\n\
+                 gamma_range = [-80, 80, {step}]\nrepeats = 4\n"
+            );
+            run(&block).unwrap().notes
+        };
+        let about = |notes: &[String]| notes.iter().find(|note| note.contains("`colour`")).cloned();
+        // 70 mm at 500 mm: ±4.0°.
+        assert_eq!(about(&block(10.0)), None);
+        let blurred = about(&block(5.0)).unwrap();
+        assert!(
+            blurred.contains("±4.0°") && blurred.contains("from 810 mm on"),
+            "{blurred}"
+        );
+        // The spectrum on the axis alone has no step.
+        let axis = "[[block]]\nname = \"colour\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 4\n";
+        assert_eq!(about(&run(axis).unwrap().notes), None);
     }
 
     #[test]

@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::camera::Unit;
 use isolux_darkroom::{Darkroom, MapPose, Room, SensorFrame};
-use isolux_model::Scene;
+use isolux_model::{Model, Scene};
+use isolux_record::observation::{MapSet, Need};
 use isolux_sim::simulation::{Method, Simulation, simulate};
 
 const SENSOR_MM: f64 = 24.0;
@@ -94,6 +95,39 @@ fn simulated(room: &Room, step: usize, of_axis_alone: bool) -> Simulation {
     );
     let scene = Scene::parse(&folder.join("scene.toml"), &text).unwrap();
     simulate(&scene, Method::Inverse, &|| 0.0).unwrap()
+}
+
+/// Prediction of a map in W/m², by which a diagnosis judges a camera.
+#[test]
+fn a_map_in_watts_is_predicted_with_the_colour_of_each_direction() {
+    let room = room();
+    let keep = tempfile::tempdir().unwrap();
+    let folder = Utf8PathBuf::try_from(keep.path().to_owned()).unwrap();
+    let pose = pose();
+    let maps = format!(
+        "sensor_mm = [{SENSOR_MM:?}, {SENSOR_MM:?}]\nbins = [{BINS}, {BINS}]\nunit = \"W/m2\"\n[[map]]\nname = \"tilted\"\n\
+         distance_mm = {:?}\ntilt_x_deg = {:?}\nrot_z_deg = {:?}\noffset_mm = {:?}\n",
+        pose.distance_mm, pose.tilt_x_deg, pose.rot_z_deg, pose.offset_mm
+    );
+    std::fs::write(folder.join("maps.toml"), maps).unwrap();
+    let maps = MapSet::open(&folder.join("maps.toml"), Need::Coordinates).unwrap();
+    let frame = SensorFrame {
+        size_mm: [SENSOR_MM; 2],
+        bins: [BINS; 2],
+    };
+    let watts = room.sensor_map(&frame, &pose, Unit::WattPerSquareMetre);
+    let differs = |of_axis_alone: bool| {
+        write_model(&folder, &room, 10, of_axis_alone);
+        let model = Model::load(&folder.join("lamp.model.toml")).unwrap();
+        let found = model.predict_maps(&maps);
+        let pairs = found.iter().zip(&watts);
+        pairs
+            .map(|(found, watts)| (found / watts - 1.0).abs())
+            .fold(0.0, f64::max)
+    };
+    let (coloured, grey) = (differs(false), differs(true));
+    println!("predicted: {coloured:.1e}; by the axis alone {grey:.1e}");
+    assert!(coloured < 2e-3 && grey > 2e-2, "{coloured} {grey}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `init`: a station, plan, scene and job file to start from.
 
 mod bench;
+mod colour;
 mod in_motion;
 mod lamp;
 pub mod subject;
@@ -174,6 +175,8 @@ pub struct Instruments {
     pub supply: Option<String>,
     /// The distribution is read while γ moves: by twins that can, and a plan of sweeps.
     pub in_motion: bool,
+    /// The plan takes spectra over angle.
+    pub colour: bool,
 }
 
 impl Instruments {
@@ -212,6 +215,7 @@ impl Instruments {
 
     /// The plan for how it is read.
     fn plan(&self, text: String) -> Result<String, Failure> {
+        let text = if self.colour { colour::plan(&text) } else { text };
         if self.in_motion {
             in_motion::plan(&text)
         } else {

@@ -20,6 +20,7 @@ use crate::screen;
 isolux init bench --luminaire maker=ACME --luminaire name=\"Spot 12\" --report laboratory=\"Lab, Town\"\n  \
 isolux init spot --lamp SPOT.ldt   room, station and plan for that luminaire: its scan rehearsed\n  \
 isolux init spot --lamp SPOT.ldt --sweep   the same, read while γ moves\n  \
+isolux init bench --colour         with spectra over angle: the colour of every direction\n  \
 isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
 isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
 isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
@@ -52,6 +53,9 @@ pub struct Init {
     /// named are those that can.
     #[arg(long, requires = "folder")]
     sweep: bool,
+    /// Take spectra over angle too, C0 and C90 by 10°: the colour of every direction and of the whole light.
+    #[arg(long, requires = "folder")]
+    colour: bool,
     /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver,
     /// burning_position, hours_run.
     #[arg(long, value_name = "KEY=TEXT", requires = "folder")]
@@ -98,6 +102,7 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
     };
     let instruments = init::Instruments {
         in_motion: arguments.sweep,
+        colour: arguments.colour,
         ..arguments.played.instruments()
     };
     let mut written = match (&arguments.folder, &arguments.lamp) {

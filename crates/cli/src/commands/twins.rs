@@ -110,6 +110,7 @@ impl Played {
             powermeter: self.powermeter.clone(),
             supply: self.supply.clone(),
             in_motion: false,
+            colour: false,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Colour over angle: the lux meter's dense distribution with the spectra of a few directions.
 //!
-//! Φ_λ = ∫ I_v(C, γ)·s_λ(C, γ)/K[s] dΩ with the luminous efficacy K of each spectrum, so that every spectrum counts as the
+//! Φ_λ = ∫ I_v(C, γ)·s_λ(C, γ)/K(s) dΩ with the luminous efficacy K of each spectrum, so that every spectrum counts as the
 //! colour of its lumens and not by its strength. Between the directions that were read the spectra mix lumen by lumen
 //! ([`HalfPlanes`]). Every number is computed again with one thing after the other moved by its standard uncertainty
 //! (JCGM 100, 5.1.3, note 2).
@@ -15,7 +15,7 @@ mod outcome;
 mod weights;
 
 use isolux_photometry::{HalfPlanes, HalfPlanesError, IntensityDistribution, Symmetry};
-use isolux_record::Run;
+use isolux_record::{Run, apart_from_mm, seen_under_deg};
 use isolux_spectrum::Spectrum;
 
 pub use self::facts::{AverageColour, ColourOverAngle, DirectionColour, LargestDifference, TotalColour};
@@ -287,7 +287,7 @@ impl Found<'_> {
     /// Half the angle under which the spectroradiometer sees the lamp.
     fn blur_deg(&self) -> Option<f64> {
         let diameter_mm = self.run.header.station.lamp()?.diameter_mm?;
-        Some((0.5 * diameter_mm / self.distance_mm).atan().to_degrees())
+        Some(seen_under_deg(diameter_mm, self.distance_mm))
     }
 
     /// Step of γ of the spectra: the smallest between two of a half-plane.
@@ -305,14 +305,14 @@ impl Found<'_> {
             .into_iter()
             .collect();
         let step_deg = self.step_deg();
-        if let Some(blur_deg) = self.blur_deg().filter(|blur_deg| 2.0 * blur_deg > step_deg) {
-            let half_mm = self.distance_mm * blur_deg.to_radians().tan();
-            let least_mm = half_mm / (0.5 * step_deg).to_radians().tan();
+        let diameter_mm = self.run.header.station.lamp().and_then(|lamp| lamp.diameter_mm);
+        let seen_deg = self.blur_deg().filter(|blur_deg| 2.0 * blur_deg > step_deg);
+        if let (Some(blur_deg), Some(diameter_mm)) = (seen_deg, diameter_mm) {
             notes.push(format!(
                 "the spectroradiometer at {:.0} mm sees the lamp under ±{blur_deg:.1}° and mixes the colours of directions that are \
                  {step_deg}° apart: from {:.0} mm on it would not",
                 self.distance_mm,
-                (least_mm / 10.0).ceil() * 10.0
+                apart_from_mm(diameter_mm, step_deg)
             ));
         }
         if let Some(first) = self.left_out.first() {
@@ -328,11 +328,18 @@ impl Found<'_> {
         notes
     }
 
-    /// I_λ = I_v·s_λ/K[s] of each direction, W/(sr·nm).
+    /// I_λ = I_v·s_λ/K(s) of each direction, W/(sr·nm); in a direction that is darker than the lux meter shows, by the
+    /// spectrum's own illuminance.
     fn spectral_intensity(&self) -> Vec<Spectrum> {
-        let at = self.set.directions_deg.iter().zip(&self.set.per_lumen);
-        let of = |(&(c_deg, gamma_deg), per_lumen): (&(f64, f64), &Spectrum)| {
-            let intensity_cd = self.lamp.distribution.intensity_cd_at(c_deg, gamma_deg);
+        let metres = self.distance_mm * 1e-3;
+        let at = self.set.directions.iter().zip(&self.set.per_lumen);
+        let of = |(direction, per_lumen): (&Direction, &Spectrum)| {
+            let read_cd = self
+                .lamp
+                .distribution
+                .intensity_cd_at(direction.c_deg, direction.gamma_deg);
+            let own_cd = direction.illuminance_lx * metres * metres;
+            let intensity_cd = if read_cd > 0.0 { read_cd } else { own_cd };
             per_lumen.scaled(intensity_cd).unwrap_or_else(|_| per_lumen.clone())
         };
         at.map(of).collect()

@@ -16,16 +16,14 @@ use crate::over_angle::{DirectionColour, OverAngle};
 pub const FOLDER: &str = "colour";
 
 /// The file of a direction's spectrum: `colour/c090.0_g040.0.spdx`.
-pub fn spectrum_name(reduction: &Reduction, of: &DirectionColour) -> String {
-    let name = format!("c{:05.1}_g{:05.1}.spdx", of.c_deg, of.gamma_deg);
+pub fn spectrum_name(of: &DirectionColour) -> String {
     // A direction between tenths of a degree keeps all its digits.
-    let exact = [of.c_deg, of.gamma_deg].iter().all(|deg| (deg * 10.0).fract() == 0.0);
-    let name = if exact {
-        name
+    let tenths = [of.c_deg, of.gamma_deg].iter().all(|deg| (deg * 10.0).fract() == 0.0);
+    if tenths {
+        format!("{FOLDER}/c{:05.1}_g{:05.1}.spdx", of.c_deg, of.gamma_deg)
     } else {
-        format!("c{}_g{}.spdx", of.c_deg, of.gamma_deg)
-    };
-    format!("{FOLDER}/{}", file_name(reduction, &name))
+        format!("{FOLDER}/c{}_g{}.spdx", of.c_deg, of.gamma_deg)
+    }
 }
 
 /// All of them; none without spectra off the axis.
@@ -53,7 +51,7 @@ pub fn files(reduction: &Reduction, run: &Run, program: &str) -> Vec<ResultFile>
     files.extend(spdx(&found.total, "flux", "W/nm", "total spectral flux", name));
     for (of, spectrum) in found.facts.directions.iter().zip(&found.intensity) {
         let what = format!("towards C {}° γ {}°", of.c_deg, of.gamma_deg);
-        let name = spectrum_name(reduction, of);
+        let name = spectrum_name(of);
         files.extend(spdx(spectrum, "intensity", "W/(sr*nm)", &what, name));
     }
     files

@@ -81,7 +81,7 @@ fn colour_toml(reduction: &Reduction) -> String {
     let found = reduction.over_angle.as_ref().filter(|_| reduction.spectral.is_some());
     let directions = found.map_or(&[][..], |found| found.facts.directions.as_slice());
     directions.iter().fold(String::new(), |text, of| {
-        let name = spectrum_name(reduction, of);
+        let name = spectrum_name(of);
         let (c_deg, gamma_deg) = (of.c_deg, of.gamma_deg);
         text + &format!("\n[[luminaire.colour]]\nc_deg = {c_deg:?}\ngamma_deg = {gamma_deg:?}\nspectrum = \"{name}\"\n")
     })
