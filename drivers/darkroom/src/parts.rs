@@ -41,8 +41,8 @@ pub struct Lamp {
     pub aim_spread_deg: f64,
     /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other seeds.
     pub seed: u64,
-    /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times 1 + rise · sin²θ
-    /// + lean · sin θ · cos(C − azimuth), θ from that axis.
+    /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times 1 + rise ·
+    /// sin²θ + lean · sin θ · cos(C − azimuth), θ from that axis.
     pub phosphor_rise_rel: f64,
     /// What of that has one side: a phosphor that lies thicker towards the azimuth.
     pub phosphor_lean_rel: f64,
