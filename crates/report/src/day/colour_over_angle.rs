@@ -129,7 +129,7 @@ pub fn sentence(found: &OverAngle) -> String {
     if steps < 1.0 {
         return format!(
             "The light has one colour: no direction that is bright differs from the average by as much as one step of \
-             0.0011 in u′v′ (largest {steps:.1}, at {place})."
+             0.0011 in u′v′ (largest {steps:.2}, at {place})."
         );
     }
     format!(
