@@ -1,6 +1,6 @@
-//! Days in rooms whose lamps change their colour over angle, read by a lux meter on a fine grid and by a spectroradiometer on
-//! a coarse one: the truth lies within ± 2 u as often as it should, for the whole light, the average of LM-79, Δu′v′ and
-//! every direction. The truth is that of the room's individual LEDs.
+//! Days in rooms whose lamps change their colour over angle, read by a lux meter on a fine grid and by a
+//! spectroradiometer on a coarse one: the truth lies within ± 2 u as often as it should, for the whole light, the
+//! average of LM-79, Δu′v′ and every direction. The truth is that of the room's individual LEDs.
 //!
 //! A day is a pure function of its number. `ISOLUX_DAYS=400 cargo test -p isolux-app --test colour_over_angle --
 //! --nocapture` plays a longer sample and prints its figures.

@@ -10,8 +10,8 @@ use crate::optics::Reader;
 /// Number of entries at 1 nm, 360–830 nm.
 const TABLE: usize = cie::V_LAMBDA.len();
 
-/// Spectra in several directions, and between them the mixture of the nearest, lumen by lumen: how strong each was measured
-/// does not matter.
+/// Spectra in several directions, and between them the mixture of the nearest, lumen by lumen: how strong each was
+/// measured does not matter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColourOverAngle {
     half_planes: HalfPlanes,
@@ -80,7 +80,8 @@ impl ColourOverAngle {
         self.half_planes.assumed()
     }
 
-    /// Hands the number of each direction of which the light at (C, γ) is mixed to `each`, with its share of the lumens.
+    /// Hands the number of each direction of which the light at (C, γ) is mixed to `each`, with its share of the
+    /// lumens.
     pub fn each_weight(&self, c_deg: f64, gamma_deg: f64, each: impl FnMut(usize, f64)) {
         self.half_planes.each_weight(c_deg, gamma_deg, each);
     }
@@ -89,7 +90,7 @@ impl ColourOverAngle {
     pub fn watt_per_lumen(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let mut sum = 0.0;
         self.each_weight(c_deg, gamma_deg, |index, weight| {
-            sum += weight * self.watt_per_lumen[index]
+            sum += weight * self.watt_per_lumen[index];
         });
         sum
     }

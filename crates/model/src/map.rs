@@ -145,7 +145,8 @@ impl Model {
         signal
     }
 
-    /// Watts of a lumen of the light towards a place (mm, the luminaire's frame), over those of the spectrum on the axis.
+    /// Watts of a lumen of the light towards a place (mm, the luminaire's frame), over those of the spectrum on the
+    /// axis.
     fn watts_of(&self, colour: &ColourOverAngle, place_mm: DVec3) -> f64 {
         let (c_deg, gamma_deg) = angles_deg(place_mm);
         let axis = self.luminaire().ler_lm_per_w().unwrap_or(f64::NAN);

@@ -41,8 +41,8 @@ pub enum HalfPlanesError {
 ///
 /// Along γ a value is linear between two directions of a half-plane, and beyond its last one it is held. Around C up to
 /// eight half-planes at even steps are joined by the harmonics that they can show (of four: the mean, cos C, sin C and
-/// cos 2C); more, or at uneven steps, by straight lines. Half-planes over a part of the circle alone stand for a lamp that
-/// is symmetric ([`Circle`]).
+/// cos 2C); more, or at uneven steps, by straight lines. Half-planes over a part of the circle alone stand for a lamp
+/// that is symmetric ([`Circle`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalfPlanes {
     planes: Vec<HalfPlane>,
@@ -125,8 +125,8 @@ impl HalfPlanes {
         self.assumed
     }
 
-    /// The half-planes of the full circle by C, in degrees: for each its γ, rising, with the number of the direction that
-    /// was given for it. A direction at a pole is in all of them.
+    /// The half-planes of the full circle by C, in degrees: for each its γ, rising, with the number of the direction
+    /// that was given for it. A direction at a pole is in all of them.
     pub fn planes(&self) -> impl Iterator<Item = (f64, &[(f64, usize)])> {
         self.planes.iter().map(|plane| (plane.c_deg, plane.nodes.as_slice()))
     }
@@ -187,8 +187,8 @@ fn is_pole(gamma_deg: f64) -> bool {
     gamma_deg == 0.0 || gamma_deg == 180.0
 }
 
-/// Weight of one of `count` half-planes at even steps at `away_deg` from it: the trigonometric polynomial that is 1 there
-/// and 0 in all others, its highest harmonic of an even count halved.
+/// Weight of one of `count` half-planes at even steps at `away_deg` from it: the trigonometric polynomial that is 1
+/// there and 0 in all others, its highest harmonic of an even count halved.
 fn harmonic_weight(count: usize, away_deg: f64) -> f64 {
     let n = count as f64;
     let half = 0.5 * away_deg.rem_euclid(360.0).to_radians();

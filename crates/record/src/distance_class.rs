@@ -24,8 +24,8 @@ pub enum DistanceClass {
     Narrow(f64),
 }
 
-/// Half the angle in degrees under which a luminous area of `extent_mm` is seen from `distance_mm`: what a detector there
-/// mixes.
+/// Half the angle in degrees under which a luminous area of `extent_mm` is seen from `distance_mm`: what a detector
+/// there mixes.
 pub fn seen_under_deg(extent_mm: f64, distance_mm: f64) -> f64 {
     (0.5 * extent_mm / distance_mm).atan().to_degrees()
 }

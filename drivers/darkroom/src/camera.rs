@@ -294,8 +294,8 @@ impl Geometry {
     }
 }
 
-/// A map in W/m² is that of a perfect radiometer; the camera's own signal goes by its quantum efficiency, in electrons a
-/// watt in proportion to the wavelength.
+/// A map in W/m² is that of a perfect radiometer; the camera's own signal goes by its quantum efficiency, in electrons
+/// a watt in proportion to the wavelength.
 fn response(room: &Room, unit: Unit) -> Option<Box<dyn Fn(f64) -> f64>> {
     if !room.lamp().has_colours() {
         return None;

@@ -242,8 +242,8 @@ impl Room {
         warm * self.output(time_s, window_s) + ambient
     }
 
-    /// Phosphor light against the chip's in the light at the spectroradiometer's entrance, the room's own included, with
-    /// the luminaire at (C, γ) at `time_s`.
+    /// Phosphor light against the chip's in the light at the spectroradiometer's entrance, the room's own included,
+    /// with the luminaire at (C, γ) at `time_s`.
     pub fn spectroradiometer_phosphor(&self, lamp_on: bool, c_deg: f64, gamma_deg: f64, time_s: f64) -> f64 {
         if !lamp_on || !self.lamp.has_colours() {
             return 1.0;

@@ -34,8 +34,8 @@ pub struct Exposure {
 
 impl Room {
     /// Spectral irradiance as the spectrometer's optics spread it, at the stated wavelength, W/(m² nm), for
-    /// `illuminance_lx` with so much `phosphor` light on its entrance: shift, bandpass, stray light and second order are
-    /// in it, its dark is not.
+    /// `illuminance_lx` with so much `phosphor` light on its entrance: shift, bandpass, stray light and second order
+    /// are in it, its dark is not.
     pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64, phosphor: f64) -> f64 {
         let injected_effects = &self.document().injected_effects;
         let spectrum = self.spectrum();

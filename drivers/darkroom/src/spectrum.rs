@@ -78,8 +78,8 @@ impl LampSpectrum {
         (self.power + (phosphor - 1.0) * self.phosphor_power) / self.light(phosphor)
     }
 
-    /// What a detector of the responsivity `weight` (per watt, over the wavelength in nm) makes of one lux of light with
-    /// `phosphor` times the phosphor's part, relative to light along an LED's axis.
+    /// What a detector of the responsivity `weight` (per watt, over the wavelength in nm) makes of one lux of light
+    /// with `phosphor` times the phosphor's part, relative to light along an LED's axis.
     pub fn response(&self, weight: &dyn Fn(f64) -> f64) -> impl Fn(f64) -> f64 + use<> {
         let (mut axial, mut of_phosphor) = (0.0, 0.0);
         for nm in (FIRST_NM..=LAST_NM).map(|nm| nm as f64) {

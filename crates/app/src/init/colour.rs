@@ -2,8 +2,8 @@
 
 /// The block: C0 and C90 by 10° (IES LM-79-08, 12).
 const BLOCK: &str = "\
-# The colour of every direction: the planes C 0° and C 90° by 10°. Each direction is exposed as long as its light allows, and
-# has its dark behind it; `isolux reduce` leaves out what is too dark.
+# The colour of every direction: the planes C 0° and C 90° by 10°. Each direction is exposed as long as its light
+# allows, and has its dark behind it; `isolux reduce` leaves out what is too dark.
 [[block]]
 name = \"colour\"
 kind = \"lit\"

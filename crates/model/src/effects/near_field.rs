@@ -22,10 +22,8 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     source: "CIE 121, limiting photometric distance; Gauss quadrature of the radial profile",
     parameters: &[
         amplitude("radius_mm", "mm", (10.0, 60.0), 20.0),
-        shape("aim_deg", "°", 0.0, (0.0, 10.0), &[0.0, 5.0, 10.0]).optional(1.0),
-        shape("inner_share", "", 0.0, (0.0, 1.0), &[0.0, 0.5])
-            .optional(0.01)
-            .share(),
+        shape("aim_deg", "°", 0.0, (0.0, 10.0), &[0.0, 2.5, 5.0, 7.5, 10.0]).optional(1.0),
+        shape("inner_share", "", 0.0, (0.0, 1.0), &[0.0]).optional(0.01).share(),
         shape("inner_radius_rel", "", 0.5, (0.0, 1.0), &[0.5])
             .optional(0.01)
             .share(),

@@ -1,4 +1,5 @@
-//! The size of the lamp: near by, a spectroradiometer sees every part of it under an angle of its own, and reads the mixture.
+//! The size of the lamp: near by, a spectroradiometer sees every part of it under an angle of its own, and reads the
+//! mixture.
 
 use isolux_photometry::{HalfPlanes, IntensityDistribution, angles_deg, direction};
 use isolux_spectrum::Spectrum;
@@ -6,8 +7,8 @@ use isolux_spectrum::Spectrum;
 use super::mix;
 
 /// What would be read of a lamp that has, in each direction, the spectra that were read: they are mixed once more as
-/// the disc of the lamp mixed them. Over a disc that is seen under the half angle a, the mean of a function is its value
-/// plus a²/8 of its Laplacian; the function is the light, intensity times spectrum of one lumen.
+/// the disc of the lamp mixed them. Over a disc that is seen under the half angle a, the mean of a function is its
+/// value plus a²/8 of its Laplacian; the function is the light, intensity times spectrum of one lumen.
 pub fn blurred(
     half_planes: &HalfPlanes,
     directions_deg: &[(f64, f64)],

@@ -62,8 +62,8 @@ impl Measured {
     /// The lit spectra at the distance with the most directions; none where all are on the axis.
     ///
     /// # Errors
-    /// [`ReduceError::NoCalibration`], and what makes counts no irradiance. A direction that is saturated or dark is left
-    /// out.
+    /// [`ReduceError::NoCalibration`], and what makes counts no irradiance. A direction that is saturated or dark is
+    /// left out.
     pub fn of(run: &Run, options: &Options) -> Result<Option<Self>, ReduceError> {
         let records = run.spectra.iter().filter(|record| is_lit(run, record));
         let placed: Vec<Placed<'_>> = records.filter_map(|record| Placed::of(run, record)).collect();
@@ -185,8 +185,8 @@ impl Direction {
         let illuminance_lx = spectrum.luminous_integral();
         if illuminance_lx.is_nan() || illuminance_lx <= LEAST_OF_NOISE * u_lx || spectrum.integral() <= 0.0 {
             return Ok(Err(format!(
-                "too dark: {illuminance_lx:.3} lx with a noise of {u_lx:.3} lx; nearer, with longer integration or more repeats it would \
-                 count"
+                "too dark: {illuminance_lx:.3} lx with a noise of {u_lx:.3} lx; nearer, with longer integration or \
+                 more repeats it would count"
             )));
         }
         Ok(Ok(Self {

@@ -1,9 +1,9 @@
 //! Colour over angle: the lux meter's dense distribution with the spectra of a few directions.
 //!
-//! Φ_λ = ∫ I_v(C, γ)·s_λ(C, γ)/K(s) dΩ with the luminous efficacy K of each spectrum, so that every spectrum counts as the
-//! colour of its lumens and not by its strength. Between the directions that were read the spectra mix lumen by lumen
-//! ([`HalfPlanes`]). Every number is computed again with one thing after the other moved by its standard uncertainty
-//! (JCGM 100, 5.1.3, note 2).
+//! Φ_λ = ∫ I_v(C, γ)·s_λ(C, γ)/K(s) dΩ with the luminous efficacy K of each spectrum, so that every spectrum counts as
+//! the colour of its lumens and not by its strength. Between the directions that were read the spectra mix lumen by
+//! lumen ([`HalfPlanes`]). Every number is computed again with one thing after the other moved by its standard
+//! uncertainty (JCGM 100, 5.1.3, note 2).
 
 mod blur;
 mod chromaticity;
@@ -309,8 +309,8 @@ impl Found<'_> {
         let seen_deg = self.blur_deg().filter(|blur_deg| 2.0 * blur_deg > step_deg);
         if let (Some(blur_deg), Some(diameter_mm)) = (seen_deg, diameter_mm) {
             notes.push(format!(
-                "the spectroradiometer at {:.0} mm sees the lamp under ±{blur_deg:.1}° and mixes the colours of directions that are \
-                 {step_deg}° apart: from {:.0} mm on it would not",
+                "the spectroradiometer at {:.0} mm sees the lamp under ±{blur_deg:.1}° and mixes the colours of \
+                 directions that are {step_deg}° apart: from {:.0} mm on it would not",
                 self.distance_mm,
                 apart_from_mm(diameter_mm, step_deg)
             ));

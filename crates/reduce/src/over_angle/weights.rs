@@ -1,12 +1,13 @@
-//! What each measured spectrum stands for: the lumens of the lux meter's distribution about its direction, and its weight
-//! in the average of LM-79.
+//! What each measured spectrum stands for: the lumens of the lux meter's distribution about its direction, and its
+//! weight in the average of LM-79.
 
 use std::f64::consts::TAU;
 
 use isolux_model::gauss_legendre;
 use isolux_photometry::{HalfPlanes, IntensityDistribution};
 
-/// Cells of the distribution wider than this over C are cut, in degrees: the harmonics of a few half-planes bend in them.
+/// Cells of the distribution wider than this over C are cut, in degrees: the harmonics of a few half-planes bend in
+/// them.
 const WIDEST_DEG: f64 = 15.0;
 
 /// Lumens by direction.
@@ -72,9 +73,9 @@ fn cells(c_deg: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// Weights I·Ω of IES LM-79-08, 12, for each direction, which add up to 1: a ring of γ has Ω =
-/// 2π[cos(γ − Δ/2) − cos(γ + Δ/2)], half a ring at a pole, shared by the half-planes as they share the circle. `planned`
-/// are all directions of the plan on half-planes, `intensity_cd` the intensity of each by its number; none: it is left out,
-/// and takes part in no ring. `shift_deg` as in [`Lumens::of`].
+/// 2π[cos(γ − Δ/2) − cos(γ + Δ/2)], half a ring at a pole, shared by the half-planes as they share the circle.
+/// `planned` are all directions of the plan on half-planes, `intensity_cd` the intensity of each by its number; none:
+/// it is left out, and takes part in no ring. `shift_deg` as in [`Lumens::of`].
 pub fn lm79(planned: &HalfPlanes, intensity_cd: &[Option<f64>], shift_deg: f64) -> Vec<f64> {
     let mut weights = vec![0.0; intensity_cd.len()];
     let c_deg: Vec<f64> = planned.planes().map(|(c_deg, _)| c_deg).collect();

@@ -51,8 +51,8 @@ pub fn section(reduction: &Reduction) -> Option<Section> {
     );
     let delta = &facts.delta_u_prime_v_prime;
     section.paragraph(format!(
-        "Δu′v′ {} at C {}° γ {}°, the largest of {} directions with at least {:.0} % of the largest intensity, from the average of \
-         LM-79; read {:.5}, of which noise makes {:.5}.",
+        "Δu′v′ {} at C {}° γ {}°, the largest of {} directions with at least {:.0} % of the largest intensity, from \
+         the average of LM-79; read {:.5}, of which noise makes {:.5}.",
         delta.value.stated(),
         delta.c_deg,
         delta.gamma_deg,
@@ -128,12 +128,13 @@ pub fn sentence(found: &OverAngle) -> String {
     };
     if steps < 1.0 {
         return format!(
-            "The light has one colour: no direction that is bright differs from the average by as much as one step of 0.0011 in \
-             u′v′ (largest {steps:.1}, at {place})."
+            "The light has one colour: no direction that is bright differs from the average by as much as one step of \
+             0.0011 in u′v′ (largest {steps:.2}, at {place})."
         );
     }
     format!(
-        "The light is not of one colour: at {place} it is {word} than on average, by {steps:.1} steps of 0.0011 in u′v′."
+        "The light is not of one colour: at {place} it is {word} than on average, by {steps:.1} steps of 0.0011 in \
+         u′v′."
     )
 }
 

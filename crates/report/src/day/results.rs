@@ -80,6 +80,14 @@ impl DayResults {
         {
             lines.push(format!("CCT                   {}", cct.stated()));
         }
+        lines.extend(reduction.over_angle.as_ref().map(|found| {
+            let delta = &found.facts.delta_u_prime_v_prime;
+            let (c_deg, gamma_deg) = (delta.c_deg, delta.gamma_deg);
+            format!(
+                "Δu′v′ over angle      {} at C {c_deg}° γ {gamma_deg}°",
+                delta.value.stated()
+            )
+        }));
         lines.push(format!("mean on the sensor    {}", mean(facts)));
         match &self.comparison {
             Some(comparison) => lines.extend(comparison.sentences()),

@@ -9,8 +9,8 @@ use crate::sensor::Sensor;
 
 /// What each of the measured spectra gives for one lumen, and how they mix at every place of a sensor.
 ///
-/// What a spectrum keeps behind plates and vapour depends smoothly on incidence and path: on a mesh it is computed, between
-/// it is interpolated. How the spectra mix bends at every measured γ, and is computed for each place.
+/// What a spectrum keeps behind plates and vapour depends smoothly on incidence and path: on a mesh it is computed,
+/// between it is interpolated. How the spectra mix bends at every measured γ, and is computed for each place.
 pub(super) struct Mixture<'a> {
     kept: Vec<Kept>,
     /// None of a lamp of one colour.
@@ -32,8 +32,8 @@ impl<'a> Mixture<'a> {
         }
     }
 
-    /// Of a lamp: `scale` times what a lumen of each spectrum gives behind the parts of `station`, each wavelength in nm
-    /// weighted.
+    /// Of a lamp: `scale` times what a lumen of each spectrum gives behind the parts of `station`, each wavelength in
+    /// nm weighted.
     pub fn of_lamp(
         station: &Station,
         colour: &'a ColourOverAngle,
