@@ -93,8 +93,7 @@ fn two_circles_are_a_disc_or_rings_and_one_is_neither() {
         let truth = rings(&profile);
         let two = apart(&of(&profile), &truth);
         let one = apart(&circles(&[("radius_mm", mean_square.sqrt())]), &truth);
-        println!("{} circles: two {two:.1e}, one {one:.1e}", profile.len());
-        assert!(two < 4e-4 && one > 8.0 * two, "{two} {one}");
+        assert!(two < 4e-4 && one > 8.0 * two, "{} circles: {two} {one}", profile.len());
     }
 }
 

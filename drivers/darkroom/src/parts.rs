@@ -72,8 +72,8 @@ part! {
         /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other
         /// seeds.
         seed: u64 = 0;
-        /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times 1 + rise ·
-        /// sin²θ + lean · sin θ · cos(C − azimuth), θ from that axis.
+        /// By how much the phosphor's light grows against the chip's, towards 90° from an LED's axis: times
+        /// 1 + rise · sin²θ + lean · sin θ · cos(C − azimuth), θ from that axis.
         phosphor_rise_rel: f64 = 0.0, -0.5..=2.0;
         /// What of that has one side: a phosphor that lies thicker towards the azimuth.
         phosphor_lean_rel: f64 = 0.0, -0.4..=0.4;
