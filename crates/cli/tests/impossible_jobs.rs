@@ -147,10 +147,10 @@ fn no_number_of_a_sweep_or_of_maps_passes_that_cannot_be() {
         ("[2, 2]", "[60000, 60000]", 2),
         ("500.0", "1e308", 6),
         ("500.0", "nan", 6),
-        ("exposure = 1.0", "exposure = 1e300", 4),
-        ("exposure = 1.0", "tilt_x_deg = 1e9", 4),
-        ("exposure = 1.0", "time_s = nan", 4),
-        ("exposure = 1.0", "ambient_c = inf", 4),
+        ("exposure = 1.0", "exposure = 1e300", 7),
+        ("exposure = 1.0", "tilt_x_deg = 1e9", 7),
+        ("exposure = 1.0", "time_s = nan", 7),
+        ("exposure = 1.0", "ambient_c = inf", 7),
         ("exposure = 1.0", "lamp = 1", 7),
     ] {
         folder.write("maps.toml", &maps.replace(from, to));

@@ -3,12 +3,13 @@
 //!
 //! Two circles stand for every radial profile, a ring, rings or a disc: for light that is even around the axis the
 //! distance sees the profile by the moments of r² alone, and two radii with their shares have the same first four as any
-//! profile (Gauss quadrature of order 2 in r²).
+//! profile (Gauss quadrature of order 2 in r²). A fit finds the radius and the share of the inner circle, from a ring
+//! (0) by an even disc (one half) to a small ring (1).
 
 use crate::emitter::Emitter;
 
 use super::act::{Act, Values};
-use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, shape};
+use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, constant, shape};
 
 pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "near_field",
@@ -24,9 +25,8 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
         amplitude("radius_mm", "mm", (10.0, 60.0), 20.0),
         shape("aim_deg", "°", 0.0, (0.0, 10.0), &[0.0, 2.5, 5.0, 7.5, 10.0]).optional(1.0),
         shape("inner_share", "", 0.0, (0.0, 1.0), &[0.0]).optional(0.01).share(),
-        shape("inner_radius_rel", "", 0.5, (0.0, 1.0), &[0.5])
-            .optional(0.01)
-            .share(),
+        // That of an even disc, unless a file says otherwise: fits of both beside the radius are several times as slow.
+        constant("inner_radius_rel", "", 0.5176, (0.0, 1.0)).share(),
     ],
     amplitude_power: 2,
     shows_in: "distance_mm",
