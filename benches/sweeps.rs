@@ -5,11 +5,10 @@
 //!         [--target 0.02] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
-//! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target` u of
-//! the map, relative, for which half-planes are chosen from 72 in place of 24;
-//! `--proposed` the half-planes and γ that `init` proposes for the lamp in place of 24 × 2°; `--cases` a line a scan;
-//! `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses is named and
-//! left out.
+//! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target`
+//! u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the half-planes and γ
+//! that `init` proposes for the lamp in place of 24 × 2°; `--cases` a line a scan; `--only` lamps with NAME in
+//! theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses is named and left out.
 //!
 //! | column | what |
 //! |---|---|

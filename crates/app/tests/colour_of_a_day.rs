@@ -58,7 +58,8 @@ fn plan(folder: &Utf8Path) -> Plan {
 fn simulated(folder: &Utf8Path, model: &str) -> Simulation {
     let text = format!(
         "format = \"isolux-scene/1\"\nmodel = \"{model}\"\n[sensor]\nsize_mm = {SENSOR_MM:?}\npixels = {BINS}\n\
-         distance_mm = 500.0\nresponsivity = \"qe.csv\"\n[sensor.camera]\nexposure_s = 1e-8\nfull_well_electrons = 1e9\n\
+         distance_mm = 500.0\nresponsivity = \"qe.csv\"\n[sensor.camera]\nexposure_s = 1e-8\n\
+         full_well_electrons = 1e9\n\
          gain_dn_per_electron = 1e-4\nbits = 16\n"
     );
     let scene = Scene::parse(&folder.join("scene.toml"), &text).unwrap();

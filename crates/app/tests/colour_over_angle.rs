@@ -89,10 +89,12 @@ fn station() -> Station {
     };
     let text = format!(
         "format = \"isolux-station/1\"\n[bench]\ntype = \"turning_luminaire\"\ndistance_mm = {DISTANCE_MM:.1}\n\
-         u_distance_mm = 2.0\nu_gamma_deg = {U_GAMMA_DEG}\nstray_max_rel = 0.0001\ndark_max_lx = 0.001\n{}{}[luxmeter]\n\
+         u_distance_mm = 2.0\nu_gamma_deg = {U_GAMMA_DEG}\nstray_max_rel = 0.0001\ndark_max_lx = 0.001\n\
+         {}{}[luxmeter]\n\
          open = \"fake:lux\"\ncalibration_factor = 1.0\nu_rel = 0.004\n\
          [lamp]\nprompt = \"switch\"\ndiameter_mm = 73.0\n\
-         [spectroradiometer]\nopen = \"fake:spectro\"\ncalibration = \"s.csv\"\ndistance_mm = 500.0\nu_distance_mm = 1.0\n\
+         [spectroradiometer]\nopen = \"fake:spectro\"\ncalibration = \"s.csv\"\ndistance_mm = 500.0\n\
+         u_distance_mm = 1.0\n\
          u_rel = 0.01\nu_shape_rel = {U_SHAPE}\nu_wavelength_nm = {U_NM}\nstray_max_rel = 0.0004\n",
         axis("c"),
         axis("gamma")
@@ -103,7 +105,8 @@ fn station() -> Station {
 fn plan() -> Plan {
     let text = "format = \"isolux-plan/1\"\n\
         [[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 345, 15]\ngamma_range = [0, 180, 5]\n\
-        [[block]]\nname = \"axis\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 6\n\
+        [[block]]\nname = \"axis\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = 0\ngamma_deg = 0\n\
+        repeats = 6\n\
         [[block]]\nname = \"colour\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = [0, 90]\n\
         gamma_range = [-90, 90, 10]\nrepeats = 4\n\
         [[block]]\nname = \"off\"\nkind = \"lamp_off\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 10\n";

@@ -291,7 +291,8 @@ fn round(at_deg: f64, depth: f64) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Sound lamps, lamps that lean by 0.3° and lamps with a dip of 5 % × 20°, each in `ISOLUX_RINGS` rooms (3 by default).
+/// Sound lamps, lamps that lean by 0.3° and lamps with a dip of 5 % × 20°, each in `ISOLUX_RINGS` rooms (3 by
+/// default).
 #[expect(clippy::print_stdout, reason = "figures, where somebody asks for more rooms")]
 #[test]
 fn rings_accept_a_round_lamp_and_refuse_one_that_leans_or_has_a_dip() {

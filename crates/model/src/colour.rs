@@ -5,7 +5,7 @@ use isolux_record::document::DocumentError;
 use isolux_spectrum::{Spectrum, cie};
 use serde::{Deserialize, Serialize};
 
-use crate::optics::Reader;
+use crate::reader::Reader;
 
 /// Number of entries at 1 nm, 360–830 nm.
 const TABLE: usize = cie::V_LAMBDA.len();

@@ -27,6 +27,7 @@ mod photometric_file;
 mod pose;
 mod prepared;
 mod quadrature;
+mod reader;
 mod refined;
 mod scene;
 mod sector;

@@ -15,8 +15,8 @@ use crate::effect::Effect;
 use crate::effects::{Act, Values};
 use crate::emitter::Emitter;
 use crate::luminaire::{Luminaire, Spectral};
-use crate::optics::Reader;
 use crate::photometric_file::{read_distribution, read_spectrum};
+use crate::reader::Reader;
 use crate::refined::Refined;
 use crate::smoothed_spectrum::SmoothedSpectrum;
 

@@ -1,13 +1,13 @@
 //! What a scene may put beside the direct path: windows and filters, vapour, a target plane seen through a lens,
 //! spectra over angle, the camera's electronics. The tables of `scene.toml`, read and checked.
 
-use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::document::{DocumentError, Fault, SourceText, read_text};
+use camino::Utf8Path;
+use isolux_record::document::{DocumentError, SourceText, read_text};
 use isolux_spectrum::Spectrum;
 use serde::Deserialize;
 
 use crate::colour::{self, ColourDocument, ColourOverAngle};
-use crate::photometric_file::read_spectrum;
+use crate::reader::Reader;
 
 /// A number for every wavelength, or a spectrum of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -238,27 +238,7 @@ pub(crate) fn read(source: SourceText<'_>, tables: &Tables<'_>) -> Result<Optics
     })
 }
 
-/// The text that keys are checked against, so that every fault has its line.
-pub(crate) struct Reader<'a> {
-    pub source: SourceText<'a>,
-}
-
 impl Reader<'_> {
-    pub fn fault(&self, path: &str, message: &str) -> DocumentError {
-        self.source.locate(&Fault {
-            path: path.to_owned(),
-            message: message.to_owned(),
-        })
-    }
-
-    pub fn within(&self, path: &str, value: f64, low: f64, high: f64) -> Result<(), DocumentError> {
-        if (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(self.fault(path, &format!("{value} is not within {low} to {high}")))
-        }
-    }
-
     fn camera(&self, camera: &CameraSheet) -> Result<(), DocumentError> {
         let key = |key: &str| format!("sensor.camera.{key}");
         self.within(&key("exposure_s"), camera.exposure_s, 1e-9, 1e6)?;
@@ -270,15 +250,6 @@ impl Reader<'_> {
         self.within(&key("gain_dn_per_electron"), camera.gain_dn_per_electron, 1e-9, 1e6)?;
         self.within(&key("offset_dn"), camera.offset_dn, 0.0, 65_535.0)?;
         self.within(&key("bits"), f64::from(camera.bits), 1.0, 16.0)
-    }
-
-    pub fn path(&self, file: &str) -> Utf8PathBuf {
-        self.source.file.parent().unwrap_or(Utf8Path::new("")).join(file)
-    }
-
-    /// The spectrum in `file`, which the key at `path` names.
-    pub fn spectrum(&self, path: &str, file: &str) -> Result<Spectrum, DocumentError> {
-        read_spectrum(&self.path(file)).map_err(|error| self.fault(path, &error.to_string()))
     }
 
     fn share(&self, path: &str, given: &NumberOrFile, most: f64) -> Result<Share, DocumentError> {

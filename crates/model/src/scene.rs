@@ -9,8 +9,9 @@ use isolux_record::document::{DocumentError, SourceText, read_text};
 
 use crate::document::{Accuracy, SCENE_FORMAT, SceneDocument, effect_from_table};
 use crate::model::Model;
-use crate::optics::{self, Optics, Reader, Tables};
+use crate::optics::{self, Optics, Tables};
 use crate::pose::SensorPose;
+use crate::reader::Reader;
 
 /// Most pixels of a sensor: a map of this size and what is computed beside it takes about 10 GB.
 const MOST_PIXELS: usize = 400_000_000;

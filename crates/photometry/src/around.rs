@@ -1,7 +1,8 @@
-//! Light around a circle of equal γ: a spline through half-planes, and what it misses between them of a circle that was
-//! read all round.
+//! Light around a circle of equal γ: a spline through half-planes, and what it misses between them of a circle that
+//! was read all round.
 
-/// Width of the mean of a circle's readings about each place, degrees: less noise, and every defect that is wider stays.
+/// Width of the mean of a circle's readings about each place, degrees: less noise, and every defect that is wider
+/// stays.
 pub(crate) const MEAN_DEG: f64 = 7.5;
 /// Steps in which a circle is kept, degrees.
 pub(crate) const STEP_DEG: f64 = 2.5;
@@ -20,8 +21,8 @@ pub struct AroundSpline {
 }
 
 impl AroundSpline {
-    /// Through `value` at half-planes `c_deg`, rising in [0, 360). Of fewer than three it is a straight line from one to
-    /// the next.
+    /// Through `value` at half-planes `c_deg`, rising in [0, 360). Of fewer than three it is a straight line from one
+    /// to the next.
     ///
     /// # Panics
     /// Where there are none, or not as many values.
@@ -184,6 +185,22 @@ impl Ring {
     }
 }
 
+/// What of the sphere each of rings at these γ, rising in degrees, stands for: the band half-way to its neighbours, as
+/// the difference of the cosines of its edges.
+pub fn bands(gamma_deg: &[f64]) -> Vec<f64> {
+    let count = gamma_deg.len();
+    let edge_deg = |k: usize| {
+        let before = if k > 1 { gamma_deg[k - 2] } else { 0.0 };
+        match k {
+            0 => 0.0,
+            k if k == count => (1.5 * gamma_deg[k - 1] - 0.5 * before).min(180.0),
+            k => 0.5 * (gamma_deg[k - 1] + gamma_deg[k]),
+        }
+    };
+    let cos = |k: usize| edge_deg(k).to_radians().cos();
+    (0..count).map(|k| cos(k) - cos(k + 1)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,6 +233,14 @@ mod tests {
         assert_eq!(AroundSpline::through(&[40.0], &[3.0]).at(250.0), 3.0);
         let two = AroundSpline::through(&[0.0, 180.0], &[1.0, 3.0]);
         assert_eq!((two.at(90.0), two.at(270.0)), (2.0, 2.0));
+    }
+
+    #[test]
+    fn bands_of_rings_join() {
+        let bands = bands(&[20.0, 40.0, 60.0]);
+        let cos = |deg: f64| deg.to_radians().cos();
+        assert!((bands[0] - (1.0 - cos(30.0))).abs() < 1e-12);
+        assert!((bands.iter().sum::<f64>() - (1.0 - cos(70.0))).abs() < 1e-12);
     }
 
     #[test]

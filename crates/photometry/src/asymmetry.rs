@@ -22,8 +22,8 @@ pub struct Asymmetry {
 
 impl Asymmetry {
     /// Of rings, each with +1 where C rose while it was read and −1 where it fell; none for no ring, no light, or no
-    /// symmetry. A delay displaces the light of both directions of travel against each other, which is no asymmetry: the
-    /// displacement at which they fit best is taken out.
+    /// symmetry. A delay displaces the light of both directions of travel against each other, which is no asymmetry:
+    /// the displacement at which they fit best is taken out.
     pub fn of(rings: &[(&Ring, f64)], symmetry: Symmetry) -> Option<Self> {
         let largest = rings.iter().map(|(ring, _)| ring.largest()).fold(0.0, f64::max);
         if largest <= 0.0 || symmetry == Symmetry::None {
@@ -41,8 +41,8 @@ impl Asymmetry {
         })
     }
 
-    /// The narrowest dip of [`DIP_REL`] of the light of the brightest ring that differs by more than `most_rel`, degrees
-    /// of C; none where none does.
+    /// The narrowest dip of [`DIP_REL`] of the light of the brightest ring that differs by more than `most_rel`,
+    /// degrees of C; none where none does.
     pub fn narrowest_deg(most_rel: f64) -> Option<f64> {
         // The mean over a stretch flattens what is narrower.
         (DIP_REL > most_rel).then(|| MEAN_DEG * most_rel / DIP_REL)

@@ -5,8 +5,8 @@ use crate::Symmetry;
 /// A part of the circle that was not measured and that no symmetry gives.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "the half-planes do not go round: nothing was measured between C {from_c_deg}° and C {to_c_deg}°; measure C 0° to 360°, \
-     or, for a lamp that is taken as symmetric, C 0° to 90° or C 0° to 180°, both ends included"
+    "the half-planes do not go round: nothing was measured between C {from_c_deg}° and C {to_c_deg}°; measure C \
+     0° to 360°, or, for a lamp that is taken as symmetric, C 0° to 90° or C 0° to 180°, both ends included"
 )]
 pub struct NotRound {
     /// The last half-plane before the gap.
@@ -30,8 +30,8 @@ pub struct Circle {
 
 impl Circle {
     /// The circle of half-planes at `c_deg`, rising in [0, 360). One half-plane is a rotational lamp. Half-planes from
-    /// one principal plane to the next (C 0°…90°) or the next but one (C 0°…180°, C 90°…270°) are those of a lamp that
-    /// is taken as symmetric, as EN 13032-1 lets it be measured: the others are their mirror images.
+    /// one principal plane to the next (C 0°…90°) or the next but one (C 0°…180°, C 90°…270°) are those of
+    /// a lamp that is taken as symmetric, as EN 13032-1 lets it be measured: the others are their mirror images.
     ///
     /// # Errors
     /// [`NotRound`] when another part of the circle is missing.

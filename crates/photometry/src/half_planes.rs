@@ -39,10 +39,10 @@ pub enum HalfPlanesError {
 
 /// Directions on half-planes.
 ///
-/// Along γ a value is linear between two directions of a half-plane, and beyond its last one it is held. Around C up to
-/// eight half-planes at even steps are joined by the harmonics that they can show (of four: the mean, cos C, sin C and
-/// cos 2C); more, or at uneven steps, by straight lines. Half-planes over a part of the circle alone stand for a lamp
-/// that is symmetric ([`Circle`]).
+/// Along γ a value is linear between two directions of a half-plane, and beyond its last one it is held. Around C up
+/// to eight half-planes at even steps are joined by the harmonics that they can show (of four: the mean, cos C, sin C
+/// and cos 2C); more, or at uneven steps, by straight lines. Half-planes over a part of the circle alone stand for a
+/// lamp that is symmetric ([`Circle`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalfPlanes {
     planes: Vec<HalfPlane>,
@@ -139,7 +139,8 @@ impl HalfPlanes {
         };
         let nearest = self.planes.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let nodes = nearest.map_or(&[][..], |plane| plane.nodes.as_slice());
-        matches!((nodes.first(), nodes.last()), (Some((first, _)), Some((last, _))) if (*first..=*last).contains(&gamma_deg))
+        let ends = nodes.first().zip(nodes.last());
+        ends.is_some_and(|((first, _), (last, _))| (*first..=*last).contains(&gamma_deg))
     }
 
     /// Hands the number of each direction that the value at (C, γ) is made of to `each`, with its weight; the same

@@ -20,7 +20,7 @@ mod half_planes;
 mod smooth;
 mod symmetry;
 
-pub use around::{AroundSpline, BEYOND_RINGS, Missed, Ring};
+pub use around::{AroundSpline, BEYOND_RINGS, Missed, Ring, bands};
 pub use asymmetry::{Asymmetry, DIP_REL};
 pub use circle::{Circle, NotRound};
 pub use direction::{angles_deg, direction, polar_deg};

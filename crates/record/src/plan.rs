@@ -176,6 +176,21 @@ pub struct Block {
 }
 
 impl Block {
+    /// Half-planes that are read at `c_deg`, of the block or some of them, rising in [0, 360): those at γ < 0° lie
+    /// opposite.
+    pub fn half_planes_deg(&self, c_deg: &[f64]) -> Vec<f64> {
+        let reads = |is_side: fn(&f64) -> bool| self.gamma_deg.iter().any(is_side);
+        let (here, opposite) = (reads(|gamma| *gamma >= 0.0), reads(|gamma| *gamma < 0.0));
+        let of = |c: &f64| {
+            let sides = [here.then_some(*c), opposite.then_some(c + 180.0)];
+            sides.into_iter().flatten().map(|c| c.rem_euclid(360.0))
+        };
+        let mut half_planes: Vec<f64> = c_deg.iter().flat_map(of).collect();
+        half_planes.sort_by(f64::total_cmp);
+        half_planes.dedup();
+        half_planes
+    }
+
     /// The sweeps of a block that is read in motion, in their order; none of one that is read at rest.
     pub fn passes(&self) -> Vec<Pass> {
         self.sweep_deg_s.map_or_else(Vec::new, |speed| {

@@ -1,4 +1,5 @@
-//! `sweeps/NNN.csv`: one sweep of γ, or of C around a ring, as it was read, positions and light with the instants of request and answer.
+//! `sweeps/NNN.csv`: one sweep of γ, or of C around a ring, as it was read, positions and light with the instants of
+//! request and answer.
 //!
 //! No number in it is corrected: what the light belongs to is computed from it by the reduction, and can be computed
 //! again by a better one.
@@ -47,8 +48,8 @@ pub struct SweepOf {
     /// C at its end, where the sweep is a ring: C moved while γ rested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ring_to_c_deg: Option<f64>,
-    /// First and last γ of the plan on the way, degrees: what lies outside belongs to run-up and run-out. Of a ring its γ
-    /// twice.
+    /// First and last γ of the plan on the way, degrees: what lies outside belongs to run-up and run-out. Of a ring
+    /// its γ twice.
     pub gamma_deg: [f64; 2],
     /// Cruising speed as the drive has taken it, °/s.
     pub speed_deg_s: f64,

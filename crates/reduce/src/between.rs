@@ -1,16 +1,17 @@
 //! Half-planes between those that a scan chose: a periodic spline over C, and what rings and left-out half-planes show
 //! that it misses.
 //!
-//! A ring was read all round, so that a spline through its own light at the half-planes can be compared with it in every
-//! gap. That is what interpolation misses at the γ of the rings; anywhere it may be [`BEYOND_RINGS`] times as much, which
-//! is taken as U (k = 2). Between rings it is taken from one to the next, and nowhere above the largest light of a γ. A half-plane that is left out is missed by as
-//! much as a gap twice as wide; a quarter of that is a standard uncertainty of the gaps beside it, where it is larger.
+//! A ring was read all round, so that a spline through its own light at the half-planes can be compared with it in
+//! every gap. That is what interpolation misses at the γ of the rings; anywhere it may be [`BEYOND_RINGS`] times as
+//! much, which is taken as U (k = 2). Between rings it is taken from one to the next, and nowhere above the largest
+//! light of a γ. A half-plane that is left out is missed by as much as a gap twice as wide; a quarter of that is a
+//! standard uncertainty of the gaps beside it, where it is larger.
 
-use isolux_photometry::{AroundSpline, BEYOND_RINGS, Ring};
+use isolux_photometry::{AroundSpline, BEYOND_RINGS, Ring, bands};
 use isolux_record::plan::Block;
 
 use crate::grid::is_pole;
-use crate::samples::{Sample, unsigned};
+use crate::samples::Sample;
 
 /// What is missed in a gap, in what is missed of the half-plane beside it.
 const OF_LEFT_OUT: f64 = 0.25;
@@ -50,13 +51,7 @@ struct Read {
 impl HalfPlanes {
     /// Of a block that was read to its end.
     pub fn of(block: &Block, rings: impl Iterator<Item = Ring>) -> Self {
-        let directions = block
-            .c_deg
-            .iter()
-            .flat_map(|c| block.gamma_deg.iter().map(move |gamma| unsigned(*c, *gamma).0));
-        let mut planned_c_deg: Vec<f64> = directions.collect();
-        planned_c_deg.sort_by(f64::total_cmp);
-        planned_c_deg.dedup_by(|later, earlier| (*later - *earlier).abs() < 1e-6);
+        let planned_c_deg = block.half_planes_deg(&block.c_deg);
         let mut rings: Vec<Ring> = rings.collect();
         rings.sort_by(|a, b| a.gamma_deg.total_cmp(&b.gamma_deg));
         Self { planned_c_deg, rings }
@@ -68,7 +63,8 @@ impl HalfPlanes {
         let read = Read::of(samples);
         let is_read = |c: &f64| read.c_deg.iter().any(|there| (there - c).abs() < 1e-6);
         let absent: Vec<f64> = self.planned_c_deg.iter().copied().filter(|c| !is_read(c)).collect();
-        if absent.is_empty() || read.c_deg.len() < 3 || read.gamma_deg.is_empty() {
+        // Without a ring nothing says how far a spline is off: the result has the half-planes that were read.
+        if absent.is_empty() || self.rings.is_empty() || read.c_deg.len() < 3 || read.gamma_deg.is_empty() {
             return None;
         }
         let missed = self.missed(&read);
@@ -156,23 +152,17 @@ struct MissedOf {
 
 /// What the means over the gaps make of the flux: root of the sum of their squares, for each gap errs on its own.
 fn flux_rel(read: &Read, of_rings: &[(f64, Vec<f64>, Vec<f64>)]) -> f64 {
-    let edges: Vec<f64> = of_rings.windows(2).map(|pair| 0.5 * (pair[0].0 + pair[1].0)).collect();
-    let last = of_rings.last().map_or(0.0, |ring| ring.0);
-    let end = edges.last().map_or(180.0, |edge| (2.0 * last - edge).min(180.0));
-    let band = |k: usize| {
-        let from = k.checked_sub(1).map_or(0.0, |before| edges[before]);
-        let to = edges.get(k).copied().unwrap_or(end);
-        from.to_radians().cos() - to.to_radians().cos()
-    };
+    let gamma_deg: Vec<f64> = of_rings.iter().map(|ring| ring.0).collect();
+    let bands = bands(&gamma_deg);
     let gaps = read.c_deg.len();
     let mean = |gamma: f64| (0..gaps).map(|plane| read.at(plane, gamma)).sum::<f64>() / gaps as f64;
     let flux: f64 = of_rings
         .iter()
-        .enumerate()
-        .map(|(k, ring)| band(k) * mean(ring.0))
+        .zip(&bands)
+        .map(|(ring, band)| band * mean(ring.0))
         .sum();
     let of_gap = |gap: usize| {
-        let sum: f64 = of_rings.iter().enumerate().map(|(k, ring)| band(k) * ring.2[gap]).sum();
+        let sum: f64 = of_rings.iter().zip(&bands).map(|(ring, band)| band * ring.2[gap]).sum();
         sum * read.width_deg(gap) / 360.0
     };
     let squares: f64 = (0..gaps).map(|gap| of_gap(gap).powi(2)).sum();
@@ -316,8 +306,9 @@ impl Between {
     pub fn note(&self) -> String {
         let gammas: Vec<String> = self.rings_gamma_deg.iter().map(|gamma| format!("{gamma}°")).collect();
         format!(
-            "half-planes were chosen: {} of {} were read, the others are interpolated over C; by rings at γ {} and by half-planes \
-             that are left out this is uncertain by at most {:.2} % of the largest intensity (k = 2), and the flux by {:.2} %",
+            "half-planes were chosen: {} of {} were read, the others are interpolated over C; by rings at γ {} and \
+             by half-planes that are left out this is uncertain by at most {:.2} % of the largest intensity (k = 2), \
+             and the flux by {:.2} %",
             self.read_c_deg.len(),
             self.count,
             gammas.join(", "),

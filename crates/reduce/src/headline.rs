@@ -38,8 +38,8 @@ pub struct Headline {
 }
 
 impl Headline {
-    /// The numbers of `grid`, read at `distance_mm`, with the relative standard uncertainty of the flux by half-planes that
-    /// the scan did not choose; `missing` is what none of them knows.
+    /// The numbers of `grid`, read at `distance_mm`, with the relative standard uncertainty of the flux by half-planes
+    /// that the scan did not choose; `missing` is what none of them knows.
     ///
     /// # Errors
     /// [`ReduceError::NoFlux`] where there is no light.

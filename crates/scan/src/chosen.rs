@@ -1,10 +1,10 @@
 //! Which half-planes of a block of sweeps with a target are swept: rings show where the light changes over C, and
-//! half-planes that were swept show it at every γ. A function of the record alone, so that a scan that is taken up again
-//! goes on as it would have.
+//! half-planes that were swept show it at every γ. A function of the record alone, so that a resumed scan goes on as
+//! it would have.
 
 use std::collections::HashMap;
 
-use isolux_photometry::{AroundSpline, Asymmetry, BEYOND_RINGS, Circle, NotRound, Ring, Symmetry};
+use isolux_photometry::{AroundSpline, Asymmetry, BEYOND_RINGS, Circle, NotRound, Ring, Symmetry, bands};
 use isolux_record::Run;
 use isolux_record::plan::{Block, Pass, PlaneTarget, RINGS, Way, ring};
 use isolux_record::sweeps::SweepRecord;
@@ -13,7 +13,7 @@ use crate::conversions::conversions;
 
 /// What a spline misses in a gap, in what it misses of a half-plane that is left out: the gap is then twice as wide.
 const OF_LEFT_OUT: f64 = 0.25;
-/// Share of the largest light from which on a γ is worth a ring.
+/// Rings lie where there is at least this share of the largest light.
 const LIGHT: f64 = 0.05;
 /// Where in the γ with light the rings lie: in the beam closer than outside.
 const PLACES: [f64; RINGS] = [0.2, 0.45, 0.7, 0.95];
@@ -24,8 +24,9 @@ const ROUNDS: usize = 8;
 #[derive(Debug, Default)]
 pub struct Chosen {
     planes: Vec<Plane>,
-    /// Each with +1 where C rose, −1 where it fell; none where a stretch has no light.
-    rings: Vec<Option<(Ring, f64)>>,
+    /// Each with +1 where C rose, −1 where it fell. A ring with a stretch without light is torn, and no part of a
+    /// record.
+    rings: Vec<(Ring, f64)>,
     /// Whether the last half-plane, and the last ring, were swept to larger angles.
     rose: [bool; 2],
     /// The light of the first half-plane the other way.
@@ -86,7 +87,7 @@ impl Chosen {
         let Some(c_deg) = way.half_plane_deg() else {
             self.rose[1] = way.sign() > 0.0;
             let ring = Ring::of(sweep.of.gamma_deg[0], light.into_iter());
-            self.rings.push(ring.map(|ring| (ring, way.sign())));
+            self.rings.extend(ring.map(|ring| (ring, way.sign())));
             return;
         };
         self.rose[0] = way.sign() > 0.0;
@@ -160,7 +161,7 @@ impl Chosen {
     /// How far the rings differ from the symmetry that the half-planes of `block` assume; none before they are swept.
     pub fn asymmetry(&self, block: &Block) -> Option<(Symmetry, Asymmetry)> {
         let symmetry = assumed(block).ok()?;
-        let rings: Vec<(&Ring, f64)> = self.rings.iter().flatten().map(|(ring, sign)| (ring, *sign)).collect();
+        let rings: Vec<(&Ring, f64)> = self.rings.iter().map(|(ring, sign)| (ring, *sign)).collect();
         let swept = (self.rings.len() >= RINGS).then(|| Asymmetry::of(&rings, symmetry));
         Some((symmetry, swept.flatten()?))
     }
@@ -181,16 +182,16 @@ impl Chosen {
         let end = block.gamma_deg.last().copied().unwrap_or(0.0);
         let (low, high) = if low < high { (low, high.min(end)) } else { (0.0, end) };
         // Whole degrees are easier to talk about.
-        PLACES.map(|place| (low + place * (high - low)).round().clamp(1.0, end))
+        PLACES.map(|place| (low + place * (high - low)).round().max(1.0).min(end))
     }
 
     /// Half-planes that are needed by what splines miss of the rings, rising, and what that is.
     fn by_rings(&self, block: &Block, target: PlaneTarget, across: f64) -> (Vec<f64>, String) {
-        let rings: Vec<&Ring> = self.rings.iter().flatten().map(|(ring, _)| ring).collect();
+        let rings: Vec<&Ring> = self.rings.iter().map(|(ring, _)| ring).collect();
         let mut set = vec![block.c_deg[0], across];
         set.sort_by(f64::total_cmp);
         loop {
-            let halves = halves_deg(block, &set);
+            let halves = block.half_planes_deg(&set);
             let gaps = by_gap(&rings, &halves, target, self.largest());
             let missed = whole(&gaps, target);
             let mut order: Vec<usize> = (0..gaps.len()).collect();
@@ -285,7 +286,8 @@ impl Chosen {
             .into_iter()
             .find_map(|(out, missed, gap)| Some((middle(block, &swept, &centres, gap)?, out, missed)))?;
         let reason = format!(
-            "a spline through the other {} half-planes misses the one at C {}° by {:.2} % {}; wanted is {:.2} % in gaps half as wide",
+            "a spline through the other {} half-planes misses the one at C {}° by {:.2} % {}; wanted is {:.2} % in \
+             gaps half as wide",
             centres.len() - 1,
             centres[out],
             100.0 * missed,
@@ -298,7 +300,7 @@ impl Chosen {
     /// The largest light of all, lx.
     fn largest(&self) -> f64 {
         let planes = self.planes.iter().flat_map(|plane| &plane.light).map(|at| at.1);
-        let rings = self.rings.iter().flatten().map(|(ring, _)| ring.largest());
+        let rings = self.rings.iter().map(|(ring, _)| ring.largest());
         planes.chain(rings).fold(f64::MIN_POSITIVE, f64::max)
     }
 
@@ -319,8 +321,8 @@ impl Chosen {
         halves
     }
 
-    /// By how much the light of a sweep to larger γ is displaced against its positions, degrees: that at which the first
-    /// half-plane is the same both ways.
+    /// By how much the light of a sweep to larger γ is displaced against its positions, degrees: that at which the
+    /// first half-plane is the same both ways.
     fn shift_deg(&self, block: &Block) -> f64 {
         let Some(forward) = self.planes.first().filter(|_| self.back.len() > 2) else {
             return 0.0;
@@ -371,7 +373,7 @@ fn along(light: &[(f64, f64)], gamma_deg: f64) -> f64 {
 /// # Errors
 /// [`NotRound`] where a part of the circle is missing that no symmetry gives.
 pub fn assumed(block: &Block) -> Result<Symmetry, NotRound> {
-    Circle::of(&halves_deg(block, &block.c_deg)).map(|circle| circle.assumed)
+    Circle::of(&block.half_planes_deg(&block.c_deg)).map(|circle| circle.assumed)
 }
 
 /// Whether a sweep reads the half-plane opposite, too.
@@ -391,25 +393,13 @@ fn across(block: &Block) -> Option<f64> {
         .copied()
 }
 
-/// Half-planes that sweeps at `c_deg` read, rising in [0, 360).
-fn halves_deg(block: &Block, c_deg: &[f64]) -> Vec<f64> {
-    let opposite = if goes_both_ways(block) { 180.0 } else { 0.0 };
-    let mut halves: Vec<f64> = c_deg
-        .iter()
-        .flat_map(|c| [c.rem_euclid(360.0), (c + opposite).rem_euclid(360.0)])
-        .collect();
-    halves.sort_by(f64::total_cmp);
-    halves.dedup();
-    halves
-}
-
 /// The half-plane that may be swept and reads the nearest to the middle between `halves[gap]` and the next; none where
 /// none lies between them that is not in `swept`.
 fn middle(block: &Block, swept: &[f64], halves: &[f64], gap: usize) -> Option<f64> {
     let width = (halves[(gap + 1) % halves.len()] - halves[gap]).rem_euclid(360.0);
     let width = if width == 0.0 { 360.0 } else { width };
     let free = block.c_deg.iter().filter(|c| !swept.contains(c));
-    let reads = free.flat_map(|c| halves_deg(block, &[*c]).into_iter().map(move |half| (*c, half)));
+    let reads = free.flat_map(|c| block.half_planes_deg(&[*c]).into_iter().map(move |half| (*c, half)));
     let off = |half: f64| ((half - halves[gap]).rem_euclid(360.0) - 0.5 * width).abs();
     let inside = reads.filter(|(_, half)| {
         let way = (half - halves[gap]).rem_euclid(360.0);
@@ -422,7 +412,8 @@ fn middle(block: &Block, swept: &[f64], halves: &[f64], gap: usize) -> Option<f6
 /// flux.
 fn by_gap(rings: &[&Ring], halves: &[f64], target: PlaneTarget, largest: f64) -> Vec<f64> {
     let missed: Vec<_> = rings.iter().map(|ring| ring.missed(halves)).collect();
-    let weights = bands(rings);
+    let gamma_deg: Vec<f64> = rings.iter().map(|ring| ring.gamma_deg).collect();
+    let weights = bands(&gamma_deg);
     let flux: f64 = rings
         .iter()
         .zip(&weights)
@@ -441,23 +432,6 @@ fn by_gap(rings: &[&Ring], halves: &[f64], target: PlaneTarget, largest: f64) ->
         }
     };
     (0..halves.len()).map(of_gap).collect()
-}
-
-/// How much of the sphere each ring stands for: the band half-way to its neighbours.
-fn bands(rings: &[&Ring]) -> Vec<f64> {
-    let gamma = |k: usize| rings[k].gamma_deg;
-    let edge = |k: usize| -> f64 {
-        if k == 0 {
-            0.0
-        } else if k == rings.len() {
-            (gamma(k - 1) + 0.5 * (gamma(k - 1) - if k > 1 { gamma(k - 2) } else { 0.0 })).min(180.0)
-        } else {
-            0.5 * (gamma(k - 1) + gamma(k))
-        }
-    };
-    (0..rings.len())
-        .map(|k| edge(k).to_radians().cos() - edge(k + 1).to_radians().cos())
-        .collect()
 }
 
 /// What all gaps together miss.
@@ -486,7 +460,7 @@ fn of_what(target: PlaneTarget) -> &'static str {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use camino::Utf8Path;
     use isolux_record::plan::Plan;
     use isolux_record::sweeps::{LightSample, PositionSample, SweepOf};
@@ -502,7 +476,7 @@ mod tests {
     }
 
     /// The record of a pass over `light(C, γ)`, a conversion every 0.13 s, displaced by 0.8°, with noise of 0.2 %.
-    fn swept(index: u64, pass: &Pass, light: &dyn Fn(f64, f64) -> f64) -> SweepRecord {
+    pub(crate) fn swept(index: u64, pass: &Pass, light: &dyn Fn(f64, f64) -> f64) -> SweepRecord {
         let [from, to] = pass.way.moving_deg();
         let sign = pass.way.sign();
         let at = |time_s: f64| from + sign * pass.speed_deg_s * time_s;

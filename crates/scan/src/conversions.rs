@@ -2,8 +2,8 @@
 
 use isolux_record::sweeps::SweepRecord;
 
-/// Where the axis was at the middle of each conversion with a number, rising, degrees, and that number; those of an axis
-/// that stood still are none.
+/// Where the axis was at the middle of each conversion with a number, rising, degrees, and that number; those of an
+/// axis that stood still are none.
 pub(crate) fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
     let positions = &sweep.positions;
     let at = |time_s: f64| {

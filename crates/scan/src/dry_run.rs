@@ -232,8 +232,8 @@ fn blurred(station: &Station, block: &Block) -> Option<String> {
     let over_angle = block.instrument == Instrument::Spectroradiometer && step_deg.is_finite();
     (over_angle && 2.0 * half_deg > step_deg).then(|| {
         format!(
-            "block `{}`: at {distance_mm:.0} mm the spectroradiometer sees the lamp under ±{half_deg:.1}° and mixes the \
-             colours of directions that are {step_deg}° apart; from {:.0} mm on it would not",
+            "block `{}`: at {distance_mm:.0} mm the spectroradiometer sees the lamp under ±{half_deg:.1}° and \
+             mixes the colours of directions that are {step_deg}° apart; from {:.0} mm on it would not",
             block.name,
             apart_from_mm(extent_mm, step_deg)
         )

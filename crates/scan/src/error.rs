@@ -135,9 +135,9 @@ pub enum ScanError {
     },
     /// Rings show that the light does not have the symmetry that half-planes assume.
     #[error(
-        "block `{block}`: its half-planes assume a lamp that is symmetric ({symmetry}), and rings differ from that by {:.2} % of the \
-         largest light at C {c_deg}°, γ {gamma_deg}°; the plan allows {:.2} %. Look at how the lamp hangs, measure half-planes \
-         all round, or allow more with `symmetry_max_rel`",
+        "block `{block}`: its half-planes assume a lamp that is symmetric ({symmetry}), and rings differ from that \
+         by {:.2} % of the largest light at C {c_deg}°, γ {gamma_deg}°; the plan allows {:.2} %. Look at how the \
+         lamp hangs, measure half-planes all round, or allow more with `symmetry_max_rel`",
         100.0 * found_rel,
         100.0 * most_rel
     )]

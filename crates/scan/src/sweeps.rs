@@ -122,8 +122,8 @@ pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Resu
             return Err(Fault::new(
                 format!("block.{index}.{key}"),
                 format!(
-                    "block `{}`: with its run-up {what} begins or ends at {name} = {end:.2}°, outside the axis' limits {low}°…{high}°; \
-                     slow it down, shorten it, or correct limit_deg in the station",
+                    "block `{}`: with its run-up {what} begins or ends at {name} = {end:.2}°, outside the axis' \
+                     limits {low}°…{high}°; slow it down, shorten it, or correct limit_deg in the station",
                     block.name
                 ),
             ));
@@ -139,8 +139,8 @@ fn check_symmetry(index: usize, block: &Block) -> Result<(), Fault> {
         Some(Ok(Symmetry::None)) => Err(Fault::new(
             key,
             format!(
-                "the half-planes of block `{}` lie all round and assume no symmetry: leave it out, or take a part of the circle, \
-                 C 0° to 90° or to 180° with γ from 0°, or one half-plane",
+                "the half-planes of block `{}` lie all round and assume no symmetry: leave it out, or take a part \
+                 of the circle, C 0° to 90° or to 180° with γ from 0°, or one half-plane",
                 block.name
             ),
         )),
@@ -189,8 +189,9 @@ pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<S
         // The first half-plane, the one across and the rings are swept whatever the light is.
         let least = passes.len() - (block.c_deg.len() - 1) + 1;
         return Some(format!(
-            "block `{}`: {least} to {} sweeps, {:.0} to {:.0} s of motion: {RINGS} rings and the half-planes that they show \
-             to be needed, and {AT_REST} directions at rest; all {directions} directions at rest take {at_rest_s:.0} s or more",
+            "block `{}`: {least} to {} sweeps, {:.0} to {:.0} s of motion: {RINGS} rings and the half-planes that \
+             they show to be needed, and {AT_REST} directions at rest; all {directions} directions at rest take \
+             {at_rest_s:.0} s or more",
             block.name,
             passes.len(),
             moving_s(&passes[..least]),

@@ -61,7 +61,8 @@ impl Room {
         illuminance_lx * (first_order + stray + second)
     }
 
-    /// Spectral irradiance that a calibrated reading on the axis gives at the stated wavelength, noise-free, W/(m² nm).
+    /// Spectral irradiance that a calibrated reading on the axis gives at the stated wavelength, noise-free, W/(m²
+    /// nm).
     pub fn indicated_spectral_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
         let gain = 1.0 + self.document().spectroradiometer.gain_error_rel;
         gain * self.spread_irradiance(stated_nm, illuminance_lx, 1.0)

@@ -105,7 +105,8 @@ fn a_map_in_watts_is_predicted_with_the_colour_of_each_direction() {
     let folder = Utf8PathBuf::try_from(keep.path().to_owned()).unwrap();
     let pose = pose();
     let maps = format!(
-        "sensor_mm = [{SENSOR_MM:?}, {SENSOR_MM:?}]\nbins = [{BINS}, {BINS}]\nunit = \"W/m2\"\n[[map]]\nname = \"tilted\"\n\
+        "sensor_mm = [{SENSOR_MM:?}, {SENSOR_MM:?}]\nbins = [{BINS}, {BINS}]\nunit = \"W/m2\"\n[[map]]\n\
+         name = \"tilted\"\n\
          distance_mm = {:?}\ntilt_x_deg = {:?}\nrot_z_deg = {:?}\noffset_mm = {:?}\n",
         pose.distance_mm, pose.tilt_x_deg, pose.rot_z_deg, pose.offset_mm
     );

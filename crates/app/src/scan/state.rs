@@ -128,8 +128,8 @@ impl ScanState {
                     format!("; a dip of 5 % would have been seen from {deg:.1}° of C on")
                 });
                 Some(format!(
-                    "symmetry {symmetry}: rings differ from it by at most {:.2} % of the largest light, at C {c_deg}°, γ \
-                     {gamma_deg}°; the plan allows {:.2} %{seen}",
+                    "symmetry {symmetry}: rings differ from it by at most {:.2} % of the largest light, at C \
+                     {c_deg}°, γ {gamma_deg}°; the plan allows {:.2} %{seen}",
                     100.0 * largest_rel,
                     100.0 * most_rel
                 ))

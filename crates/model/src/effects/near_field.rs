@@ -2,9 +2,9 @@
 //! replace the emitter of a point or disc. The far field stays what the file says.
 //!
 //! Two circles stand for every radial profile, a ring, rings or a disc: for light that is even around the axis the
-//! distance sees the profile by the moments of r² alone, and two radii with their shares have the same first four as any
-//! profile (Gauss quadrature of order 2 in r²). A fit finds the radius and the share of the inner circle, from a ring
-//! (0) by an even disc (one half) to a small ring (1).
+//! distance sees the profile by the moments of r² alone, and two radii with their shares have the same first four as
+//! any profile (Gauss quadrature of order 2 in r²). A fit finds the radius and the share of the inner circle, from a
+//! ring (0) by an even disc (one half) to a small ring (1).
 
 use crate::emitter::Emitter;
 
@@ -14,12 +14,13 @@ use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, constant,
 pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "near_field",
     standard_name: "limited photometric distance; breakdown of the inverse square law",
-    sentence: "The light does not come from a point: at a short distance the size of the luminous area shows[, as light \
-        from a circle of {radius_mm} radius][ and, {inner_share:%} of it, from one {inner_radius_rel:%} as wide].",
+    sentence: "The light does not come from a point: at a short distance the size of the luminous area shows[, as \
+        light from a circle of {radius_mm} radius][ and, {inner_share:%} of it, from one {inner_radius_rel:%} as \
+        wide].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
-    formula: "Σ wᵢ I(ψ, θᵢ) cos εᵢ / rᵢ² over LEDs on two circles that stand for any radial profile, εᵢ the incidence at \
-        the detector",
+    formula: "Σ wᵢ I(ψ, θᵢ) cos εᵢ / rᵢ² over LEDs on two circles that stand for any radial profile, \
+        εᵢ the incidence at the detector",
     source: "CIE 121, limiting photometric distance; Gauss quadrature of the radial profile",
     parameters: &[
         amplitude("radius_mm", "mm", (10.0, 60.0), 20.0),

@@ -189,8 +189,8 @@ pub(super) fn speed(path: &str, block: &BlockDocument, gamma_deg: &[f64]) -> Res
 /// What the half-planes of a block of sweeps are chosen for; none where all of them are swept.
 ///
 /// # Errors
-/// [`Fault`] for a value out of range, and for half-planes that are not all of the circle: what is left out could not be
-/// seen.
+/// [`Fault`] for a value out of range, and for half-planes that are not all of the circle: what is left out could not
+/// be seen.
 pub(super) fn target(
     path: &str,
     block: &BlockDocument,
@@ -217,7 +217,8 @@ pub(super) fn target(
         return fault(
             "gamma_deg|gamma_range",
             format!(
-                "goes from {low}° to {high}°: where half-planes are chosen both sides have the same γ, as −180 to 180"
+                "goes from {low}° to {high}°: where half-planes are chosen both sides have the same γ, as −180 \
+                 to 180"
             ),
         );
     }
@@ -232,8 +233,8 @@ pub(super) fn target(
         return fault(
             "c_deg|c_range",
             format!(
-                "where half-planes are chosen, it lists those that may be: all round, rising, at most {MOST_STEP_DEG}° apart, as \
-                 [0, {}, 5] with this γ",
+                "where half-planes are chosen, it lists those that may be: all round, rising, at most \
+                 {MOST_STEP_DEG}° apart, as [0, {}, 5] with this γ",
                 circle - 5.0
             ),
         );

@@ -12,11 +12,11 @@ use crate::quantity::Quantity;
 /// Colour over angle: the whole of the light, the average of LM-79, and every direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ColourOverAngle {
-    /// Of the total spectral flux Φ_λ = ∫ I_v·s_λ/K(s) dΩ: the colour that the whole light has, as an integrating
-    /// sphere sees it.
+    /// Of the total spectral flux Φ_λ = ∫ I_v·s_λ/K(s) dΩ: the colour that the whole light has, as an
+    /// integrating sphere sees it.
     pub total: TotalColour,
-    /// Average of x and of y over the directions that were read, weighted by I·Ω (IES LM-79-08, 12). It is close to the
-    /// colour of the whole light, and not the same.
+    /// Average of x and of y over the directions that were read, weighted by I·Ω (IES LM-79-08, 12). It is close to
+    /// the colour of the whole light, and not the same.
     pub average_lm79: AverageColour,
     /// Δu′v′, the largest distance of a direction from that average.
     pub delta_u_prime_v_prime: LargestDifference,

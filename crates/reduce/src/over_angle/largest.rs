@@ -1,11 +1,11 @@
 //! The largest of many distances, of which each has noise: what noise adds to a maximum, and how well it is known.
 //!
-//! Of N directions of one colour the largest distance read is not 0 but about σ·√(2 ln N): 37 directions read to 3·10⁻⁴
-//! differ by 8·10⁻⁴ at most. Where one direction stands out, noise adds next to nothing. How the directions lie without
-//! noise is estimated first: smoothly over the sphere, and of what each differs from that as much as is more than
-//! noise. All are then scaled by a common factor t, noise is drawn on top, and t is the factor for which the largest of
-//! them is, in the mean, the one that was read. The factors for which the one that was read is still within the central
-//! 95 % are the interval (Neyman's construction).
+//! Of N directions of one colour the largest distance read is not 0 but about σ·√(2 ln N): 37 directions read to
+//! 3·10⁻⁴ differ by 8·10⁻⁴ at most. Where one direction stands out, noise adds next to nothing. How the
+//! directions lie without noise is estimated first: smoothly over the sphere, and of what each differs from that as
+//! much as is more than noise. All are then scaled by a common factor t, noise is drawn on top, and t is the factor for
+//! which the largest of them is, in the mean, the one that was read. The factors for which the one that was read is
+//! still within the central 95 % are the interval (Neyman's construction).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -34,8 +34,8 @@ const RANK_REL: f64 = 1e-9;
 const TAIL: f64 = 0.025;
 
 impl Largest {
-    /// Of differences in (u′, v′) of directions (C, γ), each with the variance of u′, the covariance and the variance
-    /// of v′ of its noise; none without differences.
+    /// Of differences in (u′, v′) of directions (C, γ), each with the variance of u′, the covariance and the
+    /// variance of v′ of its noise; none without differences.
     pub fn of(directions_deg: &[(f64, f64)], read_at: &[[f64; 2]], covariance: &[[f64; 3]]) -> Option<Self> {
         let length = |[u, v]: &[f64; 2]| u.hypot(*v);
         let lengths = read_at.iter().map(length).enumerate();
@@ -109,9 +109,9 @@ impl Largest {
     }
 }
 
-/// Where the directions lie without noise: what goes with γ alone (to the third order of cos γ, by least squares), and
-/// of what goes around C (harmonics of the sphere to the second order), and of the rest, the share that is more than
-/// noise.
+/// Where the directions lie without noise: what goes with γ alone (to the third order of cos γ, by least squares),
+/// and of what goes around C (harmonics of the sphere to the second order), and of the rest, the share that is more
+/// than noise.
 fn without_noise(directions_deg: &[(f64, f64)], read_at: &[[f64; 2]], covariance: &[[f64; 3]]) -> Vec<[f64; 2]> {
     let variance = |of: &[f64; 3]| of[0] + of[2];
     let largest = covariance.iter().map(variance).fold(0.0, f64::max);

@@ -1,8 +1,8 @@
 //! Colour over angle: the lux meter's dense distribution with the spectra of a few directions.
 //!
-//! Φ_λ = ∫ I_v(C, γ)·s_λ(C, γ)/K(s) dΩ with the luminous efficacy K of each spectrum, so that every spectrum counts as
-//! the colour of its lumens and not by its strength. Between the directions that were read the spectra mix lumen by
-//! lumen ([`HalfPlanes`]). Every number is computed again with one thing after the other moved by its standard
+//! Φ_λ = ∫ I_v(C, γ)·s_λ(C, γ)/K(s) dΩ with the luminous efficacy K of each spectrum, so that every spectrum
+//! counts as the colour of its lumens and not by its strength. Between the directions that were read the spectra mix
+//! lumen by lumen ([`HalfPlanes`]). Every number is computed again with one thing after the other moved by its standard
 //! uncertainty (JCGM 100, 5.1.3, note 2).
 
 mod blur;
@@ -328,8 +328,8 @@ impl Found<'_> {
         notes
     }
 
-    /// I_λ = I_v·s_λ/K(s) of each direction, W/(sr·nm); in a direction that is darker than the lux meter shows, by the
-    /// spectrum's own illuminance.
+    /// I_λ = I_v·s_λ/K(s) of each direction, W/(sr·nm); in a direction that is darker than the lux meter shows, by
+    /// the spectrum's own illuminance.
     fn spectral_intensity(&self) -> Vec<Spectrum> {
         let metres = self.distance_mm * 1e-3;
         let at = self.set.directions.iter().zip(&self.set.per_lumen);

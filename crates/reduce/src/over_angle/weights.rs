@@ -20,8 +20,8 @@ pub struct Lumens {
 }
 
 impl Lumens {
-    /// Of `count` directions on `half_planes`, of a lamp that stands at γ + `shift_deg` where γ is read; `added_cd` is
-    /// added to every intensity.
+    /// Of `count` directions on `half_planes`, of a lamp that stands at γ + `shift_deg` where γ is read; `added_cd`
+    /// is added to every intensity.
     pub fn of(
         distribution: &IntensityDistribution,
         half_planes: &HalfPlanes,

@@ -76,7 +76,8 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     text
 }
 
-/// `[[luminaire.colour]]` of every direction with a spectrum, where there is one on the axis too: it links lx and W/m².
+/// `[[luminaire.colour]]` of every direction with a spectrum, where there is one on the axis too: it links lx and
+/// W/m².
 fn colour_toml(reduction: &Reduction) -> String {
     let found = reduction.over_angle.as_ref().filter(|_| reduction.spectral.is_some());
     let directions = found.map_or(&[][..], |found| found.facts.directions.as_slice());

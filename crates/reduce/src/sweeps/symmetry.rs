@@ -4,19 +4,11 @@ use isolux_photometry::{Asymmetry, Circle, Ring};
 use isolux_record::plan::Block;
 
 use super::swept::Swept;
-use crate::samples::unsigned;
 
 /// The sentence; none where no ring was asked for, or none has light all round.
 pub fn note(block: &Block, around: &[Swept<'_>]) -> Option<String> {
     let most_rel = block.symmetry_max_rel?;
-    let directions = block
-        .c_deg
-        .iter()
-        .flat_map(|c| block.gamma_deg.iter().map(move |gamma| unsigned(*c, *gamma).0));
-    let mut c_deg: Vec<f64> = directions.collect();
-    c_deg.sort_by(f64::total_cmp);
-    c_deg.dedup();
-    let symmetry = Circle::of(&c_deg).ok()?.assumed;
+    let symmetry = Circle::of(&block.half_planes_deg(&block.c_deg)).ok()?.assumed;
     let rings: Vec<(Ring, f64)> = around
         .iter()
         .filter_map(|swept| Some((swept.ring()?, swept.sign())))
@@ -28,8 +20,8 @@ pub fn note(block: &Block, around: &[Swept<'_>]) -> Option<String> {
         format!("; a dip of 5 % would have been seen from {deg:.1}° of C on")
     });
     Some(format!(
-        "symmetry {} was looked at by rings at γ {}: they differ from it by at most {:.2} % of the largest light, at C {}°, γ {}°; \
-         the plan allows {:.2} %{seen}",
+        "symmetry {} was looked at by rings at γ {}: they differ from it by at most {:.2} % of the largest light, \
+         at C {}°, γ {}°; the plan allows {:.2} %{seen}",
         symmetry.words(),
         gammas.join(", "),
         100.0 * found.largest_rel,

@@ -51,8 +51,8 @@ pub fn section(reduction: &Reduction) -> Option<Section> {
     );
     let delta = &facts.delta_u_prime_v_prime;
     section.paragraph(format!(
-        "Δu′v′ {} at C {}° γ {}°, the largest of {} directions with at least {:.0} % of the largest intensity, from \
-         the average of LM-79; read {:.5}, of which noise makes {:.5}.",
+        "Δu′v′ {} at C {}° γ {}°, the largest of {} directions with at least {:.0} % of the largest \
+         intensity, from the average of LM-79; read {:.5}, of which noise makes {:.5}.",
         delta.value.stated(),
         delta.c_deg,
         delta.gamma_deg,
@@ -88,7 +88,10 @@ fn row(name: &str, whole: String, average: String) -> Vec<String> {
 }
 
 fn direction_row(of: &isolux_reduce::DirectionColour) -> Vec<String> {
-    let expanded = |u: Option<f64>, digits: usize| u.map_or_else(|| "–".to_owned(), |u| format!("{:.digits$}", K * u));
+    let expanded = |u: Option<f64>, digits: usize| {
+        let number = u.map(|u| format!("{:.digits$}", K * u));
+        number.unwrap_or_else(|| "–".to_owned())
+    };
     let optional =
         |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"));
     vec![

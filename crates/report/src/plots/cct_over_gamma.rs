@@ -7,8 +7,8 @@ use crate::svg::{Anchor, HEIGHT, Stroke, Svg, colour};
 /// Steps of the curve.
 const STEPS: i32 = 240;
 
-/// Correlated colour temperature over γ in the planes C180–C0 (solid red) and C270–C90 (dashed blue), each direction
-/// that was read with its expanded uncertainty; none where no direction has one.
+/// Correlated colour temperature over γ in the planes C180–C0 (solid red) and C270–C90 (dashed blue), each
+/// direction that was read with its expanded uncertainty; none where no direction has one.
 pub fn cct_over_gamma(colours: &ColourDirections) -> Option<String> {
     let read: Vec<(f64, f64, f64, f64)> = (colours.directions().iter())
         .filter_map(|direction| {

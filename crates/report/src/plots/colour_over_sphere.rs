@@ -12,8 +12,8 @@ const LEAST_STEPS: f64 = 3.0;
 /// How much farther than the farthest direction that counts it goes.
 const BEYOND: f64 = 2.5;
 
-/// Distance in (u′, v′) from the average over C and γ, in steps of 0.0011, with a line for each of them (every second,
-/// or tenth, of many) and a dot for each direction that was read; between these colours mix by their lumens.
+/// Distance in (u′, v′) from the average over C and γ, in steps of 0.0011, with a line for each of them (every
+/// second, or tenth, of many) and a dot for each direction that was read; between these colours mix by their lumens.
 pub fn colour_over_sphere(colours: &ColourDirections) -> String {
     let last = colours.last_gamma_deg().max(10.0);
     let steps_at = |c_deg: f64, gamma_deg: f64| {

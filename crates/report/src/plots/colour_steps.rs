@@ -9,9 +9,9 @@ const LEAST_STEPS: f64 = 3.0;
 /// How much farther than the farthest direction that counts the picture goes.
 const BEYOND: f64 = 1.6;
 
-/// u′ and v′ of every direction as differences from the average, in steps of 0.0011, with circles of 1, 2, 3 … steps
-/// (CIE TN 001). C0–C180 is red, C90–C270 blue, other half-planes grey; directions that are too dim to count for Δu′v′
-/// are hollow.
+/// u′ and v′ of every direction as differences from the average, in steps of 0.0011, with circles of 1, 2, 3 …
+/// steps (CIE TN 001). C0–C180 is red, C90–C270 blue, other half-planes grey; directions that are too dim to count
+/// for Δu′v′ are hollow.
 pub fn colour_steps(colours: &ColourDirections) -> String {
     let mut svg = Svg::figure("Chromaticity of every direction about the average");
     let at: Vec<(f64, f64)> = (colours.directions().iter())

@@ -9,11 +9,13 @@ use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
 use isolux_device::{Axis, DeviceError, LuxOutcome, LuxRange, LuxSample};
+use isolux_photometry::Ring;
 use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
 use tokio::time::{Instant, sleep};
 
 use super::session::Session;
+use crate::conversions::conversions;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::sweeps;
@@ -272,6 +274,11 @@ fn missing(record: &SweepRecord, over_range: bool) -> Option<String> {
             record.of.range
         ));
     }
+    if let Way::Ring { gamma_deg, .. } = record.of.way()
+        && Ring::of(gamma_deg, conversions(record).into_iter()).is_none()
+    {
+        return Some("a ring has to have light all round, and a stretch of C has none".to_owned());
+    }
     let whole = record.light.iter().filter(|sample| sample.illuminance_lx.is_some());
     let requested: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
     let first_and_last = |all: &[LightSample]| Some((all.first()?.asked_s, all.last()?.answered_s));
@@ -290,4 +297,24 @@ fn missing(record: &SweepRecord, over_range: bool) -> Option<String> {
             100.0 * MOST_WITHOUT
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use isolux_record::plan::ring;
+
+    use super::*;
+    use crate::chosen::tests::swept;
+
+    #[test]
+    fn a_ring_with_a_stretch_without_light_is_torn() {
+        let mut record = swept(0, &ring(30.0, true, 12.0), &|_, _| 100.0);
+        assert_eq!(missing(&record, false), None);
+        // A twentieth of the way: a half-plane would be kept, and swept again around the gap.
+        let count = record.light.len();
+        for sample in &mut record.light[count / 2..count / 2 + count / 20] {
+            sample.illuminance_lx = None;
+        }
+        assert!(missing(&record, false).is_some_and(|why| why.contains("all round")));
+    }
 }

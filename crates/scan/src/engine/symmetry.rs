@@ -2,7 +2,7 @@
 
 use isolux_photometry::Asymmetry;
 use isolux_record::Event;
-use isolux_record::plan::{Block, RINGS, Way, ring};
+use isolux_record::plan::{Block, Pass, RINGS, Way, ring};
 
 use super::session::Session;
 use crate::error::ScanError;
@@ -50,7 +50,7 @@ impl Session<'_> {
 
     /// The visit with the γ that the light before it gives its ring; as it is where it is none.
     pub(super) fn with_its_gamma(&self, block: &Block, visit: &Visit) -> Visit {
-        let is_ring = |pass: &isolux_record::plan::Pass| matches!(pass.way, Way::Ring { .. });
+        let is_ring = |pass: &Pass| matches!(pass.way, Way::Ring { .. });
         let (Some(pass), Some(chosen)) = (visit.pass.filter(is_ring), self.chosen.get(&block.name)) else {
             return *visit;
         };

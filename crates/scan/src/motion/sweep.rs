@@ -16,8 +16,8 @@ impl<'a> Axes<'a> {
         }
     }
 
-    /// Sends the axis that moves along `way` to one absolute target at `speed_deg_s`. Where it stands is not known until
-    /// [`swept`](Self::swept).
+    /// Sends the axis that moves along `way` to one absolute target at `speed_deg_s`. Where it stands is not known
+    /// until [`swept`](Self::swept).
     ///
     /// # Errors
     /// What the drive reports, a target outside its travel among it: nothing moves then.

@@ -153,8 +153,8 @@ impl Station {
         at_1_nm(colour.at(c_deg, gamma_deg).into_iter())
     }
 
-    /// ∫S·weight dλ behind everything over ∫S dλ there, for each pixel at its middle, where the scene has spectra over
-    /// angle; `weight` by the wavelength in nm.
+    /// ∫S·weight dλ behind everything over ∫S dλ there, for each pixel at its middle, where the scene has
+    /// spectra over angle; `weight` by the wavelength in nm.
     pub fn per_watt(&self, sensor: &Sensor, weight: &dyn Fn(f64) -> f64) -> Option<Vec<f64>> {
         let colour = self.optics.colour.as_ref()?;
         let all = Mixture::of_lamp(self, colour, sensor, 1.0, &|_| 1.0);
