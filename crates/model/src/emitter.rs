@@ -118,6 +118,15 @@ pub struct Node {
     pub axis: DVec3,
 }
 
+impl Node {
+    /// All of it, as the key of a memory.
+    pub(crate) fn bits(&self) -> [u64; 7] {
+        let [x, y, z] = self.position_mm.to_array();
+        let [ax, ay, az] = self.axis.to_array();
+        [x, y, z, ax, ay, az, self.weight].map(f64::to_bits)
+    }
+}
+
 impl EmitterError {
     /// The key that is to blame, where it is one.
     pub fn key(&self) -> Option<&'static str> {

@@ -1,9 +1,11 @@
 //! The far field of a model: its distribution with the refit and every effect on directions and parts.
 
+use std::sync::Arc;
+
 use isolux_photometry::{DistributionError, IntensityDistribution, direction};
 
 use crate::effects::{Act, DirectionFactor, PartLaw, Ray, Values};
-use crate::emitter::Emitter;
+use crate::emitter::{Emitter, Node};
 use crate::lobe::Lobe;
 use crate::model::Model;
 use crate::refined::Refined;
@@ -12,7 +14,7 @@ use crate::sector::Sectors;
 impl Model {
     /// The lobe of one LED where the emitter's LEDs lean inward: LED i carries
     /// weight · I(direction) · [`Lobe::share`]`(axis, direction)`, so that all of them at infinity are I.
-    pub fn lobe(&self) -> Option<Lobe> {
+    pub fn lobe(&self) -> Option<Arc<Lobe>> {
         let emitter = self.emitter();
         let aim_deg = emitter.aim_deg();
         if aim_deg == 0.0 {
@@ -21,7 +23,15 @@ impl Model {
         // A circle of eight LEDs or more is as good as even; other places need their own sum.
         let on_circles =
             matches!(&emitter, Emitter::Leds { count, .. } if !count.is_empty() && count.iter().all(|n| *n >= 8));
-        Lobe::fit(self.luminaire().grid(), &emitter.nodes(1), aim_deg, on_circles)
+        let nodes = emitter.nodes(1);
+        let key = if on_circles {
+            // Wherever the circles are: only LEDs on the axis do not lean.
+            vec![aim_deg.to_bits(), Lobe::upright(&nodes).to_bits()]
+        } else {
+            nodes.iter().flat_map(Node::bits).collect()
+        };
+        let fit = || Lobe::fit(self.luminaire().grid(), &nodes, aim_deg, on_circles);
+        self.luminaire().memory.lobe_or(key, fit)
     }
 
     /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine

@@ -5,7 +5,8 @@ use std::sync::{Arc, LazyLock};
 use glam::DVec3;
 
 use crate::attitude::Attitude;
-use crate::luminaire::{FloorKey, FloorLight, Luminaire};
+use crate::luminaire::Luminaire;
+use crate::memory::{FloorKey, FloorLight};
 use crate::quadrature::gauss_legendre;
 
 /// Nodes of one panel.
@@ -53,7 +54,7 @@ impl OverFloor {
             self.c_deg = 0.0;
         }
         let key = self.key();
-        luminaire.floor.place_or(key, || {
+        luminaire.memory.floor_or(key, || {
             if self.nonperp_deg.abs() > LEAN_STEP_DEG {
                 return self.integrate(luminaire, 1)[0];
             }
@@ -116,7 +117,7 @@ impl OverFloor {
                 ..*self
             };
             let key = [row.gamma_deg, row.nonperp_deg, row.distance_mm, row.height_mm].map(f64::to_bits);
-            let around = luminaire.floor.row_or(key, || row.around(luminaire));
+            let around = luminaire.memory.floor_row_or(key, || row.around(luminaire));
             let (first_c, c_weights) = cubic(self.c_deg * around.len() as f64 / 360.0);
             for (i, of_c) in c_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
                 let place = (first_c as i64 + i as i64).rem_euclid(around.len() as i64);

@@ -21,6 +21,7 @@ mod known;
 mod lobe;
 mod luminaire;
 mod map;
+mod memory;
 mod model;
 pub mod optics;
 mod photometric_file;

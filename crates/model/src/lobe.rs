@@ -54,12 +54,7 @@ impl Lobe {
         let target: Vec<f64> = (0..NODES)
             .map(|i| mean_over_c(distribution, i as f64 * STEP_DEG).max(0.0))
             .collect();
-        // LEDs on the axis have nowhere to lean.
-        let upright: f64 = nodes
-            .iter()
-            .filter(|node| node.axis == DVec3::Z)
-            .map(|node| node.weight)
-            .sum();
+        let upright = Self::upright(nodes);
         let (sin, cos) = aim_deg.to_radians().sin_cos();
         // What LEDs at these azimuths send to one γ left them at other angles from their own axes.
         let cos_azimuth: [f64; AZIMUTHS] =
@@ -113,6 +108,12 @@ impl Lobe {
             Sum::Grid(grid(&lobe, nodes)?)
         };
         Some(Self { lobe, sum })
+    }
+
+    /// The weight of LEDs on the axis, which have nowhere to lean.
+    pub(crate) fn upright(nodes: &[Node]) -> f64 {
+        let upright = nodes.iter().filter(|node| node.axis == DVec3::Z);
+        upright.map(|node| node.weight).sum()
     }
 
     /// The share of the far field towards `direction` (unit) that an LED with `axis` has, relative to its weight.

@@ -1,16 +1,13 @@
 //! The luminaire itself: how much light in which direction, from where, of what spectrum.
 
-use std::collections::HashMap;
-use std::hash::Hash;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use glam::DVec3;
 use isolux_photometry::{DistributionError, IntensityDistribution};
 use isolux_spectrum::Spectrum;
 use serde::{Deserialize, Serialize};
 
 use crate::emitter::Emitter;
-use crate::prepared::SeenLight;
+use crate::memory::Memory;
 
 /// What links illuminance and irradiance.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,8 +111,7 @@ pub struct Luminaire {
     lookup: Lookup,
     mean_cosine: f64,
     correction: Option<Correction>,
-    pub(crate) floor: FloorMemory,
-    pub(crate) seen: SeenMemory,
+    pub(crate) memory: Memory,
 }
 
 impl Luminaire {
@@ -155,8 +151,7 @@ impl Luminaire {
             spectral,
             lookup,
             correction: None,
-            floor: FloorMemory::default(),
-            seen: SeenMemory::default(),
+            memory: Memory::default(),
         }
     }
 
@@ -171,8 +166,7 @@ impl Luminaire {
         Self {
             emitter,
             correction: factor.map(Correction::new),
-            floor: FloorMemory::default(),
-            seen: SeenMemory::default(),
+            memory: Memory::default(),
             ..self.clone()
         }
     }
@@ -282,115 +276,6 @@ impl Luminaire {
             (number(next, low), u * (1.0 - v)),
             (number(next, low + 1), u * v),
         ]
-    }
-}
-
-/// What the floor returns, once computed: a diagnosis asks for the same places hundreds of times.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct FloorMemory {
-    places: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
-    rows: Arc<Mutex<HashMap<RowKey, Arc<[FloorLight]>>>>,
-}
-
-/// γ, lean of the axis, distance, height.
-pub(crate) type RowKey = [u64; 4];
-
-/// C, γ, lean of the axis, distance, stated distance, height.
-pub(crate) type FloorKey = [u64; 6];
-
-/// Light from the floor at albedo 1, and where it left the lamp.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct FloorLight {
-    pub illuminance_lx: f64,
-    /// Sum of the directions in which it left, weighted by what each contributes.
-    pub whence: DVec3,
-}
-
-impl FloorLight {
-    pub fn scaled(self, factor: f64) -> Self {
-        Self {
-            illuminance_lx: factor * self.illuminance_lx,
-            whence: factor * self.whence,
-        }
-    }
-
-    pub fn plus(self, other: Self) -> Self {
-        Self {
-            illuminance_lx: self.illuminance_lx + other.illuminance_lx,
-            whence: self.whence + other.whence,
-        }
-    }
-}
-
-impl FloorMemory {
-    /// Entries kept; a fit of the height asks for new ones at every step.
-    const LARGEST: usize = 200_000;
-
-    /// Rows kept, 2 kB each.
-    const MOST_ROWS: usize = 4_000;
-
-    pub fn place_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
-        Self::remembered(&self.places, Self::LARGEST, key, compute)
-    }
-
-    /// The light at one γ for C evenly around the circle.
-    pub fn row_or(&self, key: RowKey, compute: impl FnOnce() -> Arc<[FloorLight]>) -> Arc<[FloorLight]> {
-        Self::remembered(&self.rows, Self::MOST_ROWS, key, compute)
-    }
-
-    fn remembered<K: Eq + Hash, V: Clone>(
-        memory: &Mutex<HashMap<K, V>>,
-        most: usize,
-        key: K,
-        compute: impl FnOnce() -> V,
-    ) -> V {
-        let known = memory.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        known.unwrap_or_else(|| {
-            let light = compute();
-            let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
-            if memory.len() >= most {
-                memory.clear();
-            }
-            memory.insert(key, light.clone());
-            light
-        })
-    }
-}
-
-/// The light of the emitter's nodes at the places of sensors, once computed.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct SeenMemory(Arc<Mutex<HashMap<Vec<u64>, Arc<SeenLight>>>>);
-
-impl SeenMemory {
-    /// Node lights kept, 32 bytes each: those of a hundred maps of 24 × 24 bins.
-    const LARGEST: usize = 2_000_000;
-
-    pub fn get_or(&self, key: Vec<u64>, compute: impl FnOnce() -> SeenLight) -> Arc<SeenLight> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        known.unwrap_or_else(|| {
-            let seen = Arc::new(compute());
-            let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let held: usize = memory.values().map(|seen| seen.len()).sum();
-            if held + seen.len() > Self::LARGEST {
-                memory.clear();
-            }
-            memory.insert(key, seen.clone());
-            seen
-        })
-    }
-}
-
-impl PartialEq for SeenMemory {
-    /// Memory is no part of what a luminaire is.
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl PartialEq for FloorMemory {
-    /// Memory is no part of what a luminaire is.
-    fn eq(&self, _: &Self) -> bool {
-        true
     }
 }
 

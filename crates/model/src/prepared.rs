@@ -40,7 +40,7 @@ pub(crate) struct PreparedModel<'m> {
     nodes: Vec<Node>,
     centre: Node,
     extent_mm: f64,
-    lobe: Option<Lobe>,
+    lobe: Option<Arc<Lobe>>,
     sectors: Option<Sectors>,
     plain: bool,
     /// Something depends on C.
@@ -154,13 +154,10 @@ impl<'m> PreparedModel<'m> {
         let place = |place: DVec3| place.to_array().map(f64::to_bits);
         let mut key = vec![u64::from(self.around)];
         key.extend(place(facing));
-        for node in &self.nodes {
-            key.extend(place(node.position_mm).into_iter().chain(place(node.axis)));
-            key.push(node.weight.to_bits());
-        }
+        key.extend(self.nodes.iter().flat_map(Node::bits));
         key.push(u64::from(self.lobe.is_some()));
         key.extend(points_mm.iter().flat_map(|point| place(*point)));
-        self.luminaire.seen.get_or(key, || {
+        self.luminaire.memory.seen_or(key, || {
             let mut seen = Vec::with_capacity(points_mm.len());
             for &point_mm in points_mm {
                 let nodes = self.nodes_at(point_mm).iter();
