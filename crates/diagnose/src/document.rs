@@ -7,6 +7,8 @@ use isolux_units::json::nan_if_null;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::noise::Kind;
+
 /// The answer in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -190,6 +192,8 @@ pub struct NoiseTestEntry {
 /// One way in which what is left is no noise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseFindingEntry {
+    /// Which test found it.
+    pub test: Kind,
     /// Along what; `noise` for the scatter itself.
     pub coordinate: Cow<'static, str>,
     /// Where; numbers of readings for `noise`.

@@ -123,8 +123,8 @@ fn a_period_in_time_is_found_with_its_length() {
     // 10 σ in all: a fifth of a σ² a reading.
     let beat = |_: usize, row: &Row| 0.71 * (std::f64::consts::TAU * row.time_s / 37.0).sin();
     let test = tested(&rows, &with(beat, &rows, 3), 0.0);
-    let finding = found(&test, Kind::Periodic);
-    assert_eq!(test.findings[0].kind, Kind::Periodic);
+    let finding = found(&test, Kind::Period);
+    assert_eq!(test.findings[0].kind, Kind::Period);
     let of_time = test
         .findings
         .iter()
@@ -146,7 +146,7 @@ fn what_a_place_explains_counts_in_the_unit_of_the_search() {
         .map(|(row, z)| 0.5 * z + beat(row))
         .collect();
     let place = of_left(&rows, level, &residual, 0.0, Some((0.5, 1.0)), strongest_place).expect("a place");
-    assert_eq!(place.kind, Kind::Periodic);
+    assert_eq!(place.kind, Kind::Period);
     let expected = 0.5 * 1.5 * 1.5 * rows.len() as f64;
     assert!(
         (place.explained / expected - 1.0).abs() < 0.1,
@@ -175,7 +175,7 @@ fn outliers_in_one_place_are_a_patch_and_scattered_ones_are_not() {
         if near { 4.0 } else { 0.0 }
     };
     let test = tested(&rows, &with(patch, &rows, 5), 0.0);
-    let [c_deg, gamma_deg, _] = found(&test, Kind::Patch).direction.expect("a direction");
+    let [c_deg, gamma_deg, _] = found(&test, Kind::Directions).direction.expect("a direction");
     assert!((c_deg - 60.0).abs() <= 15.0 && (gamma_deg - 30.0).abs() <= 5.0);
     let members = rows.iter().enumerate().filter(|(i, row)| patch(*i, row) > 0.0).count();
     let mut rng = ChaCha8Rng::seed_from_u64(6);
@@ -435,10 +435,12 @@ fn rounded_readings_are_left_out() {
     }
     let saw = |i: usize, _: &Row| if i >= 100 { (i % 9) as f64 - 4.0 } else { 0.0 };
     let test = tested(&rows, &with(saw, &rows, 11), 0.0);
-    let periodic = test
-        .findings
-        .iter()
-        .any(|finding| matches!(finding.kind, Kind::Periodic | Kind::Every));
+    let periodic = test.findings.iter().any(|finding| {
+        matches!(
+            finding.kind,
+            Kind::Period | Kind::Stretches | Kind::Phases | Kind::Every | Kind::EveryVisit
+        )
+    });
     assert!(!periodic, "{:#?}", test.findings);
 }
 

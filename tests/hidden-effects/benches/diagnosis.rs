@@ -15,7 +15,7 @@ use isolux_diagnose::search::Settings;
 use isolux_hidden_effects::case::{self, Case, Order};
 use isolux_hidden_effects::follow_up::follow_up;
 use isolux_hidden_effects::suite::{self, Answer, Class, Next};
-use isolux_hidden_effects::tables::{Calibration, Confusion};
+use isolux_hidden_effects::tables::{Calibration, Confusion, Worth};
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
 use rayon::prelude::*;
@@ -72,6 +72,7 @@ fn main() {
             }
     };
     let mut calibration = Calibration::default();
+    let mut worth = Worth::default();
     let mut confusions = [Confusion::default(), Confusion::default()];
     let mut pooled: BTreeMap<&'static str, (usize, usize)> = BTreeMap::new();
     for &(sensor, class, cases) in SUITE.iter().filter(wanted) {
@@ -90,6 +91,7 @@ fn main() {
         say("");
         for (order, answer) in &answers {
             calibration.add(order, answer);
+            worth.add(order, answer);
             if matches!(class, Class::Single(_)) {
                 confusions[usize::from(sensor)].add(order, answer);
             }
@@ -112,6 +114,7 @@ fn main() {
         say(&format!("{goal:<40} {}", suite::share(hits, n)));
     }
     say(&calibration.markdown());
+    say(&worth.markdown());
 }
 
 fn say(text: &str) {
@@ -236,6 +239,13 @@ fn answer(case: &Case) -> Answer {
             .unexplained
             .as_ref()
             .map(|place| format!("{}: {}", place.coordinate, place.note)),
+        tests: document
+            .noise
+            .test
+            .iter()
+            .flat_map(|test| &test.findings)
+            .map(|finding| format!("{:?}", finding.test))
+            .collect(),
         removed: gap.map(|gap| gap.0),
         removed_of_all: gap.map(|gap| gap.1),
         removable: gap

@@ -49,6 +49,8 @@ pub struct Answer {
     pub effects: Vec<(String, Vec<String>, f64)>,
     /// Where something stays unexplained, in words.
     pub place: Option<String>,
+    /// Tests on noise that find what is left to be none, each alone, strongest first.
+    pub tests: Vec<String>,
     /// Share of the gap on held-out truth that was removed, where an effect was added: 1 is what the refitted terms
     /// alone leave in the same noise with nothing hidden.
     pub removed: Option<f64>,

@@ -43,6 +43,53 @@ impl Confusion {
     }
 }
 
+/// What each test on noise and each pattern without a name is worth.
+#[derive(Debug, Default)]
+pub struct Worth {
+    /// Cases in which it finds something, in which it is the strongest, in which it is the only one; and the last with
+    /// nothing hidden.
+    finders: BTreeMap<String, [usize; 4]>,
+}
+
+impl Worth {
+    /// Counts one answer.
+    pub fn add(&mut self, order: &Order, answer: &Answer) {
+        let clean = order.hidden.is_empty();
+        let only = answer.tests.len() == 1;
+        for (rank, test) in answer.tests.iter().enumerate() {
+            let row = self.finders.entry(format!("test {test}")).or_default();
+            if clean {
+                row[3] += usize::from(only);
+            } else {
+                row[0] += 1;
+                row[1] += usize::from(rank == 0);
+                row[2] += usize::from(only);
+            }
+        }
+        if let Some(place) = &answer.place {
+            let pattern: String = place.chars().filter(|letter| !letter.is_ascii_digit()).collect();
+            let row = self.finders.entry(format!("pattern {pattern}")).or_default();
+            if clean {
+                row[3] += usize::from(answer.tests.is_empty());
+            } else {
+                row[0] += 1;
+                row[1] += 1;
+                row[2] += usize::from(answer.tests.is_empty());
+            }
+        }
+    }
+
+    /// One line a test or a pattern.
+    pub fn markdown(&self) -> String {
+        let mut text =
+            String::from("| what | finds | strongest | alone | alone, nothing hidden |\n|---|---|---|---|---|\n");
+        for (name, [finds, strongest, alone, clean]) in &self.finders {
+            let _ = writeln!(text, "| {name} | {finds} | {strongest} | {alone} | {clean} |");
+        }
+        text
+    }
+}
+
 /// Lower ends of the bins of claimed probability.
 const BINS: [f64; 8] = [0.0, 0.2, 0.4, 0.6, 0.8, 0.95, 0.99, 0.999];
 

@@ -197,6 +197,7 @@ pub(super) fn noise_test(test: &NoiseTest) -> NoiseTestEntry {
             .findings
             .iter()
             .map(|finding| NoiseFindingEntry {
+                test: finding.kind,
                 coordinate: finding.coordinate.name().into(),
                 range: finding.range,
                 period: finding.period,

@@ -28,7 +28,7 @@ pub(super) fn suggest(next: &mut Next, test: &NoiseTest, rows: &[Row]) {
         return;
     };
     let (entry, plan) = match (finding.kind, finding.direction) {
-        (Kind::Patch, Some(patch)) => again_there(finding, patch, &illuminated, distance),
+        (Kind::Directions, Some(patch)) => again_there(finding, patch, &illuminated, distance),
         (Kind::Blocks | Kind::Run, _) => {
             same_block(finding, &illuminated, distance).unwrap_or_else(|| at_rest(finding, &illuminated, distance))
         }

@@ -1,5 +1,8 @@
 //! What a test of the noise finds.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::limits::SCALE;
 use crate::table::Coordinate;
 
@@ -31,33 +34,50 @@ pub struct Peak {
     pub sigma: f64,
 }
 
-/// The kind of a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The test that found something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// More scatter than stated.
-    Scatter,
-    /// More scatter than repeats of a pose show.
-    Repeats,
-    /// Neighbours in time are correlated.
-    Correlation,
-    /// A period in time or number.
-    Periodic,
     /// Every n-th reading.
     Every,
+    /// Every n-th visit of a half-plane.
+    EveryVisit,
     /// A run of successive readings.
     Run,
+    /// Neighbouring directions.
+    Directions,
+    /// Directions along a great circle.
+    GreatCircle,
+    /// Columns or rows of bins.
+    Lines,
+    /// Neighbouring bins.
+    Bins,
+    /// A period in time or number.
+    Period,
+    /// Periods that come, go or change.
+    Stretches,
+    /// A period that begins anew in every visit of a half-plane.
+    Phases,
     /// Means of successive readings wander.
     Means,
-    /// Neighbouring directions or bins.
-    Patch,
-    /// One reading is further off than outliers are.
-    Outlier,
-    /// Readings repeat the value before.
-    Repeated,
+    /// Visits of half-planes, or parts of them, have levels of their own.
+    Visits,
+    /// One γ or one light has a level of its own.
+    Levels,
     /// One block scatters more than the others.
     Blocks,
     /// The scatter grows along a coordinate.
     Trend,
+    /// Neighbours in time are correlated.
+    Correlation,
+    /// More scatter than stated.
+    Scatter,
+    /// More scatter than repeats of a pose show.
+    Repeats,
+    /// One reading is further off than outliers are.
+    Outlier,
+    /// Readings repeat the value before.
+    Repeated,
 }
 
 /// One way in which the residuals are no noise.

@@ -139,6 +139,6 @@ impl Test for Levels {
         let numbers = [series.index[0], series.index[series.len() - 1]];
         let expected = partition.counts[error] * series.expected;
         let explained = (self.means(partition, error, &series.plain) - expected).max(0.0);
-        Finding::new(Kind::Means, Coordinate::Index, numbers, strongest, note).explaining(explained)
+        Finding::new(Kind::Levels, Coordinate::Index, numbers, strongest, note).explaining(explained)
     }
 }

@@ -91,6 +91,6 @@ impl Test for Visits {
             series.plain[from..to].iter().sum::<f64>().powi(2) / (to - from) as f64 - series.expected
         };
         let explained = pieces.iter().map(of).sum::<f64>().max(0.0);
-        Finding::new(Kind::Means, Coordinate::Index, numbers, strongest, note).explaining(explained)
+        Finding::new(Kind::Visits, Coordinate::Index, numbers, strongest, note).explaining(explained)
     }
 }

@@ -152,6 +152,6 @@ impl Test for Moments {
             digits(range[1])
         );
         let span = [series.time[0], series.time[series.len() - 1]];
-        Finding::new(Kind::Periodic, Coordinate::TimeS, span, strongest, note).explaining(explained)
+        Finding::new(Kind::Stretches, Coordinate::TimeS, span, strongest, note).explaining(explained)
     }
 }

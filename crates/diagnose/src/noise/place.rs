@@ -42,13 +42,13 @@ impl What {
                     ordinal(n),
                     ordinal(phase + 1)
                 );
-                (Kind::Every, Coordinate::Index, [first, last], note)
+                (Kind::EveryVisit, Coordinate::Index, [first, last], note)
             }
             What::Lines(coordinate, n) => {
                 let reach = series.rows.iter().fold(0.0_f64, |most, row| most.max(row.x_mm.abs()));
                 let of = if coordinate == Coordinate::XMm { "column" } else { "row" };
                 let note = format!("every {} {of} of bins is {sign} the model", ordinal(n));
-                (Kind::Every, coordinate, [-reach, reach], note)
+                (Kind::Lines, coordinate, [-reach, reach], note)
             }
             What::Run(from, to) => {
                 let note = format!("{} successive readings are {sign} the model", to - from + 1);
@@ -67,7 +67,7 @@ impl What {
                     digits(2.4 * width)
                 );
                 let range = [gamma_deg - 1.2 * width, gamma_deg + 1.2 * width];
-                (Kind::Patch, Coordinate::GammaDeg, range, note)
+                (Kind::Directions, Coordinate::GammaDeg, range, note)
             }
             What::Circle(c_deg, gamma_deg, width) => {
                 let note = format!(
@@ -80,7 +80,7 @@ impl What {
                     .rows
                     .iter()
                     .fold(0.0_f64, |most, row| most.max(row.gamma_deg.abs()));
-                (Kind::Patch, Coordinate::GammaDeg, [-reach, reach], note)
+                (Kind::GreatCircle, Coordinate::GammaDeg, [-reach, reach], note)
             }
             What::Bins(x, y, width) => {
                 let note = format!(
@@ -88,7 +88,7 @@ impl What {
                     digits(x),
                     digits(y)
                 );
-                (Kind::Patch, Coordinate::XMm, [x - 1.2 * width, x + 1.2 * width], note)
+                (Kind::Bins, Coordinate::XMm, [x - 1.2 * width, x + 1.2 * width], note)
             }
         }
     }

@@ -154,7 +154,7 @@ impl Test for Spectrum {
             Coordinate::TimeS => format!("{what} with a period of {} s", digits(period)),
             _ => format!("{what} with a period of {} readings", digits(period)),
         };
-        Finding::new(Kind::Periodic, self.coordinate, self.range, strongest, note)
+        Finding::new(Kind::Period, self.coordinate, self.range, strongest, note)
             .with_period(period)
             .explaining(whole)
     }
