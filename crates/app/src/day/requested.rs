@@ -142,7 +142,7 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
 ///
 /// # Errors
 /// Bad input (exit 2) for a day that had a job and does not hold it.
-pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
+pub(crate) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     let file = day.join(FOLDER).join("job.toml");
     if file.is_file() {
         let give = |failure: Failure| failure.help(format!("give the job: isolux run JOB --resume {day}"));
@@ -159,7 +159,7 @@ pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
 
 /// What a report takes from the job of its day.
 #[derive(Debug, Default)]
-pub(super) struct OfReport {
+pub(crate) struct OfReport {
     /// The scene; none: the run was scanned and reduced by itself, or played by the built-in virtual darkroom.
     pub scene: Option<Utf8PathBuf>,
     /// Whether the job names a diagnosis of its own.
@@ -172,7 +172,7 @@ pub(super) struct OfReport {
 ///
 /// # Errors
 /// Bad input (exit 2) for a day that had a job and does not hold it.
-pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfReport, Failure> {
+pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfReport, Failure> {
     if let Some(job) = job {
         let job = Job::load(job).map_err(Failure::bad_input)?;
         return Ok(OfReport {
@@ -248,7 +248,7 @@ fn whole(path: &Utf8Path) -> Result<Value, Failure> {
 }
 
 /// The diagnosis that a job asks for.
-pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::DiagnoseRequest> {
+pub(crate) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::DiagnoseRequest> {
     let (model, observations) = job.diagnose()?;
     Some(diagnosis_of(
         model.to_owned(),
@@ -259,7 +259,7 @@ pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> 
 }
 
 /// The diagnosis of `observations` against `model` that a day makes.
-pub(super) fn diagnosis_of(
+pub(crate) fn diagnosis_of(
     model: Utf8PathBuf,
     observations: Vec<Utf8PathBuf>,
     results: &Utf8Path,
