@@ -190,6 +190,19 @@ fn one_changed_digit_in_any_file_of_a_run_is_named() {
     });
 }
 
+/// A day of the built-in darkroom holds no job: its sensor is known by the program, not by the file that is looked at.
+#[test]
+fn a_changed_sensor_of_a_built_in_day_is_named() {
+    let folder = Folder::in_memory();
+    folder.isolux(&["run", "--out", "day"], 0);
+    let text = folder.read("day/results/result.json");
+    let (before, _) = text.split_once("2048").unwrap();
+    let line = before.split('\n').count() as u64;
+    folder.write("day/results/result.json", &text.replacen("2048", "2047", 1));
+    let differ = of(&verify(&folder, "day", &[], 1), "differs");
+    assert_eq!(differ, [("results/result.json".to_owned(), vec![Some(line)])]);
+}
+
 #[test]
 fn a_changed_sweep_is_named_with_its_line() {
     let folder = Folder::in_memory();

@@ -17,7 +17,7 @@ use crate::simulation::scene::{self, Changes};
 use crate::{Failure, init};
 
 /// The folder's name in the day.
-const FOLDER: &str = "job";
+pub(crate) const FOLDER: &str = "job";
 
 /// Files that are always in it.
 const KEPT: [&str; 2] = ["job.toml", "scene.toml"];
@@ -215,10 +215,7 @@ fn unknown(day: &Utf8Path) -> Failure {
 /// Whether a day without a kept job can be one of the built-in virtual darkroom: its station and plan, and its sensor
 /// where the day came so far.
 fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
-    let header = RunHeader::read(day).map_err(Failure::bad_input)?;
-    let (station, _) = init::virtual_station(&Choice::default())?;
-    let station = Station::parse(Utf8Path::new("built-in"), &station).map_err(Failure::bad_input)?;
-    if header.station != station || built_in_plan(day)?.is_none() {
+    if !on_built_in_bench(day)? {
         return Ok(false);
     }
     let file = day.join("results/result.json");
@@ -228,6 +225,17 @@ fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
     let result: Facts = files::read_json(&file)?;
     let sensor = scene::load(day, &Changes::default())?.sensor;
     Ok(result.pixels == sensor.pixels && result.size_mm == sensor.size_mm)
+}
+
+/// Whether a day has station and plan of the built-in virtual darkroom.
+///
+/// # Errors
+/// Bad input (exit 2) for what is no run.
+pub(crate) fn on_built_in_bench(day: &Utf8Path) -> Result<bool, Failure> {
+    let header = RunHeader::read(day).map_err(Failure::bad_input)?;
+    let (station, _) = init::virtual_station(&Choice::default())?;
+    let station = Station::parse(Utf8Path::new("built-in"), &station).map_err(Failure::bad_input)?;
+    Ok(header.station == station && built_in_plan(day)?.is_some())
 }
 
 /// Which of the built-in plans a day has.

@@ -1,7 +1,7 @@
 //! `isolux verify`: whether a run directory still is what was recorded and computed, file by file.
 //!
 //! Three things speak for a file: a checksum that the record or the results keep of it, the result that is computed
-//! again from the record, and the list [`SHA256SUMS`](manifest) that `--sign` writes and signs. A file for which none
+//! again from the record, and the list `SHA256SUMS` that `--sign` writes and signs. A file for which none
 //! of them speaks is listed as not checked.
 
 mod again;
