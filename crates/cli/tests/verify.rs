@@ -16,6 +16,7 @@ use folder::Folder;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
+use sha2::{Digest as _, Sha256};
 
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
@@ -190,6 +191,25 @@ fn one_changed_digit_in_any_file_of_a_run_is_named() {
     });
 }
 
+/// Who changes a file can change its checksum too; what is computed again tells both.
+#[test]
+fn a_changed_digit_under_a_changed_checksum_is_named() {
+    let folder = day();
+    let sha256 = |text: &str| hex::encode(Sha256::digest(text.as_bytes()));
+    let text = folder.read("day/results/luminaire.ies");
+    let file = folder.path("day/results/luminaire.ies");
+    let line = flip(&file, &mut ChaCha8Rng::seed_from_u64(4));
+    let changed = folder.read("day/results/luminaire.ies");
+    let list = folder.read("day/results/provenance.json");
+    let forged = list.replace(&sha256(&text), &sha256(&changed));
+    assert!(forged != list, "the list holds the file");
+    folder.write("day/results/provenance.json", &forged);
+    let differ = of(&verify(&folder, "day", &[], 1), "differs");
+    assert_eq!(differ[0], ("results/luminaire.ies".to_owned(), vec![Some(line)]));
+    assert_eq!(differ[1].0, "results/provenance.json");
+    assert_eq!(differ.len(), 2);
+}
+
 /// A day of the built-in darkroom holds no job: its sensor is known by the program, not by the file that is looked at.
 #[test]
 fn a_changed_sensor_of_a_built_in_day_is_named() {
@@ -252,11 +272,25 @@ fn a_signature_covers_every_file_and_is_only_of_what_agrees() {
     assert!(words.contains("exists"), "{words}");
     folder.isolux(&["verify", "day", "--sign", "--key", "lab.pub", "--force"], 2);
     folder.isolux(&["verify", "day", "--public-key", "lab.key"], 2);
-    assert_eq!(
-        verify(&folder, "day", &signed, 0)["agrees"],
-        true,
-        "a key that is none leaves the signature"
+    verify(&folder, "day", &signed, 0);
+    // A run that was changed keeps its signature, which says so; one that holds more is signed anew.
+    copy(&folder.path("day"), &folder.path("bad"));
+    flip(&folder.path("bad/results/luminaire.ies"), &mut random);
+    folder.isolux(&["verify", "bad", "--sign", "--key", "lab.key", "--force"], 1);
+    let differ = of(&verify(&folder, "bad", &signed, 1), "differs");
+    assert!(
+        differ.len() == 1 && differ[0].0 == "results/luminaire.ies",
+        "{differ:?}"
     );
+    folder.isolux(&["reduce", "bad", "--force"], 0);
+    folder.isolux(&["reduce", "bad", "--without", "drift", "--out", "bad/without"], 0);
+    assert!(
+        verify(&folder, "bad", &signed, 0)["notes"]
+            .to_string()
+            .contains("without/budget.json")
+    );
+    folder.isolux(&["verify", "bad", "--sign", "--key", "lab.key", "--force"], 0);
+    assert_eq!(verify(&folder, "bad", &signed, 0)["notes"], serde_json::json!([]));
 
     for file in ["log.txt", "SHA256SUMS", "results/report.pdf", "run.toml"] {
         copy(&folder.path("day"), &folder.path("bad"));

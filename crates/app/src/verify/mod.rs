@@ -19,10 +19,10 @@ use isolux_record::{RunError, RunHeader, RunLock};
 use self::ledger::Ledger;
 pub use self::ledger::{Difference, FileVerdict, State, Verification};
 pub use self::signature::Signed;
+use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::Progress;
 use crate::instruments::bench::PROGRAM;
-use crate::{Failure, run};
 
 /// What is verified, and with what.
 #[derive(Debug, Clone)]
@@ -41,6 +41,11 @@ pub struct VerifyRequest<'a> {
 /// Bad input (exit 2) for what is no run or no key; exit 3 for a run that another process is writing, and when the disk
 /// refuses. A file that differs is no error: [`Verification::agrees`] says so.
 pub fn run(request: &VerifyRequest<'_>, progress: &dyn Progress) -> Result<Verification, Failure> {
+    verified(request, true, progress)
+}
+
+/// Verifies; without what an earlier signature says, unless `listed`.
+fn verified(request: &VerifyRequest<'_>, listed: bool, progress: &dyn Progress) -> Result<Verification, Failure> {
     let run = request.run;
     if !run.join("run.toml").is_file()
         && let Err(error @ RunError::NoRun { .. }) = RunHeader::read(run)
@@ -65,12 +70,12 @@ pub fn run(request: &VerifyRequest<'_>, progress: &dyn Progress) -> Result<Verif
     for folder in folders {
         reduced_by.extend(results::check(run, recorded.as_ref(), &folder, &mut ledger, progress)?);
     }
-    let signed = signature::check(run, public_key.as_ref(), &mut ledger)?;
-    manifest::check(
-        run,
-        signed.as_ref().is_some_and(|signed| signed.by_this_key),
-        &mut ledger,
-    )?;
+    let mut signed = None;
+    if listed {
+        signed = signature::check(run, public_key.as_ref(), &mut ledger)?;
+        let by_this_key = signed.as_ref().is_some_and(|signed| signed.by_this_key);
+        manifest::check(run, by_this_key, &mut ledger)?;
+    }
     Ok(ledger.verdict(
         run,
         PROGRAM,
@@ -96,12 +101,8 @@ pub fn sign(
     let target = request.run.join(signature::FILE);
     files::refuse_existing(&target, overwrite)?;
     let key = signature::secret_key(key, password)?;
-    // What an earlier signature lists is of an earlier state of the run.
-    if overwrite == Overwrite::Force {
-        files::remove(&target)?;
-        files::remove(&request.run.join(run::record::SUMS))?;
-    }
-    let verification = self::run(request, progress)?;
+    // What an earlier signature lists is of an earlier state of the run; it stays until this one takes its place.
+    let verification = verified(request, false, progress)?;
     if !verification.agrees {
         return Ok((verification, target));
     }
