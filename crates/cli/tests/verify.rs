@@ -290,7 +290,8 @@ fn a_signature_covers_every_file_and_is_only_of_what_agrees() {
             .contains("without/budget.json")
     );
     folder.isolux(&["verify", "bad", "--sign", "--key", "lab.key", "--force"], 0);
-    assert_eq!(verify(&folder, "bad", &signed, 0)["notes"], serde_json::json!([]));
+    let found = verify(&folder, "bad", &signed, 0);
+    assert!(!found["notes"].to_string().contains("without/budget.json"), "{found}");
 
     for file in ["log.txt", "SHA256SUMS", "results/report.pdf", "run.toml"] {
         copy(&folder.path("day"), &folder.path("bad"));
