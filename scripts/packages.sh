@@ -3,8 +3,9 @@
 # Run as root, or with sudo at hand; does nothing where everything is there.
 set -euo pipefail
 # mbpoll and Python packages (tests/peers/python.sh) speak Modbus (tests/modbus) and SCPI (tests/scpi) with us;
-# chromium, driven from node, looks at the local page (tests/browser); umockdev shows libusb the twins of USB instruments (tests/usb).
-needed=(gcc:gcc pkg-config:pkg-config mbpoll:mbpoll python3:python3 node:nodejs npm:npm chromium:chromium)
+# chromium, driven from node, looks at the local page (tests/browser); umockdev shows libusb the twins of USB instruments (tests/usb);
+# minisign checks signatures of runs and makes some (crates/cli/tests/verify.rs).
+needed=(gcc:gcc pkg-config:pkg-config mbpoll:mbpoll python3:python3 node:nodejs npm:npm chromium:chromium minisign:minisign)
 missing=()
 for entry in "${needed[@]}"; do
   command -v "${entry%%:*}" >/dev/null 2>&1 || missing+=("${entry##*:}")

@@ -45,6 +45,9 @@ struct Inner {
 }
 
 impl RunLock {
+    /// Name of the lock file in a run directory.
+    pub const FILE: &str = LOCK_FILE;
+
     /// Locks the run directory `path`, which is made where there is none. With `force` also from a process that gave no
     /// sign of life for a while; that process, if there was one.
     ///

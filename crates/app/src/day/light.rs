@@ -13,7 +13,7 @@ use crate::front_end::progress::{Event, Progress};
 use crate::simulation::{scene, simulate};
 
 /// Simulates the sensor with the model in the folder of results, and compares the axis.
-pub(super) fn light(
+pub(crate) fn light(
     results: &Utf8Path,
     run: Run,
     reduction: Reduction,

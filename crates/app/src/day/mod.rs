@@ -5,17 +5,18 @@
 
 mod before;
 mod kept;
-mod light;
-mod report;
-mod requested;
+pub(crate) mod light;
+pub(crate) mod report;
+pub(crate) mod requested;
 mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
 use isolux_record::run::StopHow;
 use isolux_record::{Job, Plan, Run, RunError, disk};
+use isolux_reduce::Reduction;
 use isolux_report::answer::statistics;
-use isolux_report::day::{Diagnosed, document};
+use isolux_report::day::{DayResults, Diagnosed, document};
 use isolux_virtual::twins::Choice;
 
 pub use self::report::report;
@@ -217,24 +218,52 @@ fn finish(
     progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
 
     let Reduced { run, reduction, .. } = reduced;
-    let mut day_results = kept::step("simulate", &results, || {
-        let day_results = light::light(&results, run, reduction, job.map(Job::scene), progress)?;
+    let scene = job.map(Job::scene);
+    let day_results = simulated(&results, run, reduction, scene, overwrite, progress)?;
+    let model = results.join("luminaire.model.toml");
+    let wanted = job.and_then(|job| requested::diagnosis(job, &results, overwrite));
+    let request =
+        wanted.unwrap_or_else(|| requested::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    let day_results = reported(day_results, &request, overwrite, progress)?;
+    Ok(Day {
+        sentences: day_results.sentences(),
+        folder: folder.to_owned(),
+        report: results.join("report.html"),
+    })
+}
+
+/// The light on the sensor, and the test on the axis, of the reduction in `results`; writes them there.
+pub(crate) fn simulated(
+    results: &Utf8Path,
+    run: Run,
+    reduction: Reduction,
+    scene: Option<&Utf8Path>,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<DayResults, Failure> {
+    kept::step("simulate", results, || {
+        let day_results = light::light(results, run, reduction, scene, progress)?;
         let u_direction_rel = day_results.u_direction_rel();
-        simulate::write(&results, &day_results.simulation, u_direction_rel, overwrite)?;
+        simulate::write(results, &day_results.simulation, u_direction_rel, overwrite)?;
         if let Some(comparison) = &day_results.comparison {
             let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
             files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
         }
         Ok(day_results)
-    })?;
+    })
+}
 
-    let model = results.join("luminaire.model.toml");
-    let wanted = job.and_then(|job| requested::diagnosis(job, &results, overwrite));
-    let request =
-        wanted.unwrap_or_else(|| requested::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+/// Diagnoses and writes the report, in the folder of `day_results`.
+pub(crate) fn reported(
+    mut day_results: DayResults,
+    request: &diagnose::DiagnoseRequest,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<DayResults, Failure> {
+    let results = day_results.folder.clone();
     // The report does not wait for a diagnosis that fails: nothing else of it follows from that.
     let diagnosed = kept::step("diagnose", &results, || {
-        diagnosed(&request, &results, overwrite, progress)
+        diagnosed(request, &results, overwrite, progress)
     });
     match diagnosed {
         Ok(diagnosed) => day_results.diagnosis = diagnosed,
@@ -246,18 +275,12 @@ fn finish(
             day_results.undiagnosed = Some(sentence);
         }
     }
-
-    let report = results.join("report.html");
     kept::step("report", &results, || {
         let document = document(&day_results)?;
-        files::write(&report, document.html().as_bytes(), overwrite)?;
+        files::write(&results.join("report.html"), document.html().as_bytes(), overwrite)?;
         report::renew_paper(&document, &results.join("report.pdf"), overwrite, progress)
     })?;
-    Ok(Day {
-        sentences: day_results.sentences(),
-        folder: folder.to_owned(),
-        report,
-    })
+    Ok(day_results)
 }
 
 /// What the diagnosis of the day says; none for a record of which every reading made the distribution, which has none

@@ -83,7 +83,7 @@ pub(super) fn renew_paper(
 }
 
 /// The report as PDF; names the characters that no font has.
-fn paper(document: &Document, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
+pub(crate) fn paper(document: &Document, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
     let paper = document.pdf().map_err(Failure::instrument)?;
     if !paper.unknown.is_empty() {
         let letters: String = paper.unknown.iter().collect();

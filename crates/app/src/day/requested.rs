@@ -17,7 +17,7 @@ use crate::simulation::scene::{self, Changes};
 use crate::{Failure, init};
 
 /// The folder's name in the day.
-const FOLDER: &str = "job";
+pub(crate) const FOLDER: &str = "job";
 
 /// Files that are always in it.
 const KEPT: [&str; 2] = ["job.toml", "scene.toml"];
@@ -142,7 +142,7 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
 ///
 /// # Errors
 /// Bad input (exit 2) for a day that had a job and does not hold it.
-pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
+pub(crate) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     let file = day.join(FOLDER).join("job.toml");
     if file.is_file() {
         let give = |failure: Failure| failure.help(format!("give the job: isolux run JOB --resume {day}"));
@@ -159,7 +159,7 @@ pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
 
 /// What a report takes from the job of its day.
 #[derive(Debug, Default)]
-pub(super) struct OfReport {
+pub(crate) struct OfReport {
     /// The scene; none: the run was scanned and reduced by itself, or played by the built-in virtual darkroom.
     pub scene: Option<Utf8PathBuf>,
     /// Whether the job names a diagnosis of its own.
@@ -172,7 +172,7 @@ pub(super) struct OfReport {
 ///
 /// # Errors
 /// Bad input (exit 2) for a day that had a job and does not hold it.
-pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfReport, Failure> {
+pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfReport, Failure> {
     if let Some(job) = job {
         let job = Job::load(job).map_err(Failure::bad_input)?;
         return Ok(OfReport {
@@ -215,10 +215,7 @@ fn unknown(day: &Utf8Path) -> Failure {
 /// Whether a day without a kept job can be one of the built-in virtual darkroom: its station and plan, and its sensor
 /// where the day came so far.
 fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
-    let header = RunHeader::read(day).map_err(Failure::bad_input)?;
-    let (station, _) = init::virtual_station(&Choice::default())?;
-    let station = Station::parse(Utf8Path::new("built-in"), &station).map_err(Failure::bad_input)?;
-    if header.station != station || built_in_plan(day)?.is_none() {
+    if !on_built_in_bench(day)? {
         return Ok(false);
     }
     let file = day.join("results/result.json");
@@ -228,6 +225,17 @@ fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
     let result: Facts = files::read_json(&file)?;
     let sensor = scene::load(day, &Changes::default())?.sensor;
     Ok(result.pixels == sensor.pixels && result.size_mm == sensor.size_mm)
+}
+
+/// Whether a day has station and plan of the built-in virtual darkroom.
+///
+/// # Errors
+/// Bad input (exit 2) for what is no run.
+pub(crate) fn on_built_in_bench(day: &Utf8Path) -> Result<bool, Failure> {
+    let header = RunHeader::read(day).map_err(Failure::bad_input)?;
+    let (station, _) = init::virtual_station(&Choice::default())?;
+    let station = Station::parse(Utf8Path::new("built-in"), &station).map_err(Failure::bad_input)?;
+    Ok(header.station == station && built_in_plan(day)?.is_some())
 }
 
 /// Which of the built-in plans a day has.
@@ -248,7 +256,7 @@ fn whole(path: &Utf8Path) -> Result<Value, Failure> {
 }
 
 /// The diagnosis that a job asks for.
-pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::DiagnoseRequest> {
+pub(crate) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::DiagnoseRequest> {
     let (model, observations) = job.diagnose()?;
     Some(diagnosis_of(
         model.to_owned(),
@@ -259,7 +267,7 @@ pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> 
 }
 
 /// The diagnosis of `observations` against `model` that a day makes.
-pub(super) fn diagnosis_of(
+pub(crate) fn diagnosis_of(
     model: Utf8PathBuf,
     observations: Vec<Utf8PathBuf>,
     results: &Utf8Path,

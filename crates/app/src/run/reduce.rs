@@ -127,8 +127,9 @@ pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) ->
     }
     let accept_drift = request.accept_drift.map(str::to_owned);
     let reduction = reduce(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
-    let made =
-        isolux_reduce::files(&reduction, &record, &run_files(run, &record)?, PROGRAM).map_err(Failure::bad_input)?;
+    let mut inputs = run_files(run, &record)?;
+    inputs.extend(kept_inputs(kept.as_deref()));
+    let made = isolux_reduce::files(&reduction, &record, &inputs, PROGRAM).map_err(Failure::bad_input)?;
     let folder = request
         .out
         .map_or_else(|| results_folder(run, &reduction), Utf8Path::to_owned);
@@ -209,7 +210,7 @@ fn refused(run: &Utf8Path, error: &ReduceError) -> Failure {
 }
 
 /// Folder in the results with the model whose bench effects were taken out, and the file's name there.
-const REDUCED_WITH: [&str; 2] = ["reduced_with", "model.toml"];
+pub(crate) const REDUCED_WITH: [&str; 2] = ["reduced_with", "model.toml"];
 
 /// The model that was given to the reduction whose results lie in `results`, if one was.
 ///
@@ -248,6 +249,12 @@ fn keep_model(results: &Utf8Path, kept: Option<Vec<(String, Vec<u8>)>>) -> Resul
     Ok(())
 }
 
+/// The files of the kept model by their names in the results, for their hashes in provenance.json.
+fn kept_inputs(kept: Option<&[(String, Vec<u8>)]>) -> impl Iterator<Item = (String, Vec<u8>)> {
+    let kept = kept.into_iter().flatten();
+    kept.map(|(name, bytes)| (format!("{}/{name}", REDUCED_WITH[0]), bytes.clone()))
+}
+
 /// Removes the raw distribution of an earlier reduction where this one is not smoothed and writes none.
 fn remove_raw(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Result<(), Failure> {
     let file = results.join(RAW);
@@ -275,7 +282,7 @@ fn remove_colours(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Res
 }
 
 /// Names and bytes of the record's own files, for their hashes.
-fn run_files(folder: &Utf8Path, run: &Run) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+pub(crate) fn run_files(folder: &Utf8Path, run: &Run) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let spectra = run
         .spectra
         .iter()

@@ -20,6 +20,7 @@ mod simulate;
 mod sweep;
 mod takeover;
 mod twins;
+mod verify;
 
 use clap::Subcommand;
 use isolux_app::Failure;
@@ -49,6 +50,7 @@ pub enum Command {
     Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
     Report(report::Report),
+    Verify(verify::Verify),
     Serve(serve::Serve),
     Virtual(twins::Virtual),
 }
@@ -81,6 +83,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
         Command::Virtual(arguments) => twins::run(&arguments),
     }

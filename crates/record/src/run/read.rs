@@ -14,6 +14,7 @@ use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::readings;
 use crate::spectra::SpectrumRecord;
 use crate::sweeps::{SweepEntry, SweepRecord};
+use crate::table::ObservationError;
 
 /// A run as far as it is whole, and what is not.
 #[derive(Debug)]
@@ -196,14 +197,16 @@ impl Survey {
         let Some(bytes) = bytes(&file)? else {
             return Ok(Err("is missing".to_owned()));
         };
+        let parsed = SpectrumRecord::parse(&file, &String::from_utf8_lossy(&bytes));
         if sha256(&bytes) != entry.sha256 {
             let lines = lines(&bytes).saturating_sub(1);
             return Ok(Err(format!(
-                "is not the file that was recorded: its SHA-256 is another ({} pixels recorded, {lines} lines found)",
-                entry.pixels
+                "is not the file that was recorded: its SHA-256 is another ({} pixels recorded, {lines} lines found){}",
+                entry.pixels,
+                place(parsed.err())
             )));
         }
-        Ok(SpectrumRecord::parse(&file, &String::from_utf8_lossy(&bytes)).map_err(|error| error.to_string()))
+        Ok(parsed.map_err(|error| error.to_string()))
     }
 
     fn sweeps(&mut self) -> Result<(), RunError> {
@@ -240,12 +243,14 @@ impl Survey {
         let Some(bytes) = bytes(&file)? else {
             return Ok(Err("is missing".to_owned()));
         };
+        let parsed = SweepRecord::parse(&file, &String::from_utf8_lossy(&bytes));
         if sha256(&bytes) != entry.sha256 {
-            return Ok(Err(
-                "is not the file that was recorded: its SHA-256 is another".to_owned()
-            ));
+            let place = place(parsed.err());
+            return Ok(Err(format!(
+                "is not the file that was recorded: its SHA-256 is another{place}"
+            )));
         }
-        Ok(SweepRecord::parse(&file, &String::from_utf8_lossy(&bytes)).map_err(|error| error.to_string()))
+        Ok(parsed.map_err(|error| error.to_string()))
     }
 
     fn notices(&mut self) {
@@ -288,6 +293,11 @@ impl Survey {
         notices.append(&mut self.run.notices);
         self.run.notices = notices;
     }
+}
+
+/// Where a changed file has its first fault, if a checksum of its rows tells.
+fn place(fault: Option<ObservationError>) -> String {
+    fault.map_or_else(String::new, |fault| format!("; {fault}"))
 }
 
 /// The file's bytes; none when it is not there.

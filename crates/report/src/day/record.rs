@@ -51,13 +51,9 @@ pub fn section(day_results: &DayResults) -> Section {
             facts.push((format!("SHA-256 of {name}"), sha256(&bytes)));
         }
     }
-    facts.push((
-        "computed again by".to_owned(),
-        format!(
-            "isolux reduce {0} --force; isolux report {0} --out FILE",
-            run.path.file_name().unwrap_or("RUN")
-        ),
-    ));
+    // The folder's own name would make another report of a run that was moved.
+    let again = "isolux verify RUN; isolux reduce RUN --force; isolux report RUN --out FILE";
+    facts.push(("computed again by".to_owned(), again.to_owned()));
     section.facts(facts);
     section.subheading("Files");
     let there = |file: &str| day_results.folder.join(file).exists() && !day_results.stale.contains(&file);

@@ -1,0 +1,50 @@
+//! A station file and the calibration that it names, beside those that the run was recorded with.
+
+use camino::Utf8Path;
+use isolux_record::RunHeader;
+use isolux_record::disk::sha256;
+
+use super::ledger::Ledger;
+use crate::Failure;
+use crate::instruments::bench::StationFiles;
+
+/// Compares the station file `file`, and the calibration that it names, with what run.toml holds of them.
+///
+/// # Errors
+/// Bad input (exit 2) for a station that cannot be read.
+pub(super) fn check(file: &Utf8Path, header: Option<&RunHeader>, ledger: &mut Ledger) -> Result<(), Failure> {
+    let given = StationFiles::load(file)?;
+    let Some(header) = header else {
+        ledger.unchecked(
+            file.as_str(),
+            "run.toml, which holds the station of the run, cannot be relied on",
+        );
+        return Ok(());
+    };
+    let text = |station| toml::to_string(station).map_err(Failure::instrument);
+    let (then, now) = (text(&header.station)?, text(&given.station)?);
+    let because = "it says what run.toml holds of it";
+    if then == now {
+        ledger.agrees(file.as_str(), because);
+    } else {
+        let lines: Vec<&str> = then.lines().collect();
+        let others = now.lines().filter(|line| !lines.contains(line));
+        let what = match others.collect::<Vec<_>>().as_slice() {
+            [] => "says less than the station of the run".to_owned(),
+            other => format!("is not the station of the run: `{}`", other.join("`, `")),
+        };
+        ledger.differs(file.as_str(), None, what);
+    }
+    if let (Some((calibration, text)), Some(spectral)) = (&given.calibration, &header.spectral) {
+        if sha256(text.as_bytes()) == spectral.sha256 {
+            ledger.agrees(calibration.as_str(), "its SHA-256 in run.toml");
+        } else {
+            ledger.differs(
+                calibration.as_str(),
+                None,
+                "is not the calibration of the run: run.toml holds another SHA-256 of it",
+            );
+        }
+    }
+    Ok(())
+}
