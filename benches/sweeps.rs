@@ -2,12 +2,12 @@
 //! room whose meter has a latency, a lag and a clock of its own → scan → reduction → truth, in virtual time.
 //!
 //!     cargo bench -p isolux-app --bench sweeps -- [FILE or FOLDER …] [--seeds 10] [--at-rest 10] [--speed 15]
-//!         [--target 0.02] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
+//!         [--target 0.02] [--meter konica-t10a] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
 //! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target`
 //! u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the half-planes and γ
-//! that `init` proposes for the lamp in place of 24 × 2°; `--cases` a line a scan; `--only` lamps with NAME in
+//! that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the P-9710; `--cases` a line a scan; `--only` lamps with NAME in
 //! theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses is named and left out.
 //!
 //! | column | what |
@@ -39,12 +39,13 @@ use isolux_app::init::{self, Instruments};
 use isolux_app::instruments::bench::StationFiles;
 use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_darkroom::output::relative_output;
-use isolux_darkroom::{Darkroom, Kind, Observation, Room};
+use isolux_darkroom::{Darkroom, Instrument, Kind, Observation, Room};
 use isolux_formats::eulumdat::{self, Header, LampSet};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::document::SourceText;
 use isolux_record::{Event, Plan, Run, Subject};
 use isolux_reduce::{Options, ReduceError, Reduction};
+use isolux_virtual::twins::Choice;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use toml::{Table, Value};
@@ -61,6 +62,7 @@ struct Wanted {
     at_rest: u64,
     speed_deg_s: Option<f64>,
     target: Option<f64>,
+    meter: String,
     proposed: bool,
     cases: bool,
     only: Option<String>,
@@ -145,6 +147,7 @@ fn wanted() -> Outcome<Wanted> {
         at_rest: 10,
         speed_deg_s: None,
         target: None,
+        meter: "gigahertz-p9710".to_owned(),
         proposed: false,
         cases: false,
         only: None,
@@ -159,6 +162,7 @@ fn wanted() -> Outcome<Wanted> {
             "--at-rest" => wanted.at_rest = value()?.parse()?,
             "--speed" => wanted.speed_deg_s = Some(value()?.parse()?),
             "--target" => wanted.target = Some(value()?.parse()?),
+            "--meter" => wanted.meter = value()?,
             "--proposed" => wanted.proposed = true,
             "--cases" => wanted.cases = true,
             "--only" => wanted.only = Some(value()?),
@@ -202,7 +206,7 @@ fn played(wanted: &Wanted, file: &Utf8Path, lamp: usize, seed: u64, how: How) ->
         .as_ref()
         .map_or_else(|| temporary.to_owned(), |kept| kept.join(name));
     let instruments = Instruments {
-        luxmeter: Some("gigahertz-p9710".to_owned()),
+        luxmeter: Some(wanted.meter.clone()),
         in_motion: how == How::InMotion,
         ..Instruments::default()
     };
@@ -216,7 +220,10 @@ fn played(wanted: &Wanted, file: &Utf8Path, lamp: usize, seed: u64, how: How) ->
     )?;
     disturb(&folder.join("room.toml"), seed)?;
     let plan_file = folder.join("plan.toml");
-    let plan_text = planned(&std::fs::read_to_string(&plan_file)?, wanted, how);
+    let mut choice = Choice::default();
+    choice.choose(Instrument::Luxmeter, &wanted.meter)?;
+    let speed_deg_s = wanted.speed_deg_s.unwrap_or_else(|| init::sweep_deg_s(2.0, &choice));
+    let plan_text = planned(&std::fs::read_to_string(&plan_file)?, wanted, how, speed_deg_s);
     let plan = Plan::parse(&plan_file, &plan_text)?;
     let source = StationFiles::load(&folder.join("station.toml"))?;
     let run_folder = folder.join("run");
@@ -285,6 +292,7 @@ fn disturb(file: &Utf8Path, seed: u64) -> Outcome<()> {
     set(&["axis", "gamma"], "wobble_deg", draws.random_range(0.0..0.03))?;
     let effects = "injected_effects";
     set(&[effects, "backlash"], "width_deg", draws.random_range(0.0..0.3))?;
+    set(&["luxmeter"], "clock_phase_s", draws.random_range(0.0..0.5))?;
     // Both kinds of scan know these by their corrections alike, or not at all.
     set(&[effects, "floor_reflection"], "albedo", 0.0)?;
     set(&[effects, "distance_offset"], "offset_mm", 0.0)?;
@@ -293,7 +301,7 @@ fn disturb(file: &Utf8Path, seed: u64) -> Outcome<()> {
 }
 
 /// The plan that `init` wrote, with what is asked of it.
-fn planned(text: &str, wanted: &Wanted, how: How) -> String {
+fn planned(text: &str, wanted: &Wanted, how: How, speed_deg_s: f64) -> String {
     let mut block = 0;
     let line = |line: &str| {
         block += usize::from(line == "[[block]]");
@@ -312,11 +320,9 @@ fn planned(text: &str, wanted: &Wanted, how: How) -> String {
             }
             ("gamma_range", How::AtRest) if block == 1 && !wanted.proposed => "gamma_range = [0, 180, 2]\n".to_owned(),
             ("reference_every", How::AtRest) if block == 1 && !wanted.proposed => "reference_every = 91\n".to_owned(),
-            ("speed_deg_s", How::InMotion) => match wanted.speed_deg_s {
-                Some(speed) => format!("speed_deg_s = {speed:?}\n"),
-                None if wanted.proposed => format!("{line}\n"),
-                None => format!("speed_deg_s = {:?}\n", init::sweep_deg_s(2.0)),
-            },
+            ("speed_deg_s", How::InMotion) if wanted.speed_deg_s.is_some() || !wanted.proposed => {
+                format!("speed_deg_s = {speed_deg_s:?}\n")
+            }
             _ => format!("{line}\n"),
         }
     };

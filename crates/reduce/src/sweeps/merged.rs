@@ -35,11 +35,10 @@ impl Fitted<'_> {
 
     /// Standard uncertainty of the light at γ: by noise, by the displacement, by the smoothing.
     pub fn parts(&self, gamma_deg: f64) -> [f64; 3] {
-        let (one, curve) = (self.one, &self.along.curve);
-        let of_line = one.track.rms_deg / (one.windows.len() as f64).sqrt();
+        let curve = &self.along.curve;
         [
             curve.u_noise(gamma_deg),
-            self.shift.u_deg.hypot(of_line) * curve.slope(gamma_deg).abs(),
+            self.shift.u_deg.hypot(self.one.u_place_deg()) * curve.slope(gamma_deg).abs(),
             curve.u_smoothing(gamma_deg),
         ]
     }

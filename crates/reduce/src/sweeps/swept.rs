@@ -2,6 +2,7 @@
 //! there is none.
 
 use isolux_photometry::Ring;
+use isolux_record::own_clock::{ByOwnClock, OwnClock};
 use isolux_record::plan::Way;
 use isolux_record::sweeps::SweepRecord;
 use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role, Station};
@@ -26,6 +27,8 @@ pub struct Swept<'a> {
     pub windows: Vec<Window>,
     /// Conversions that are not among the windows.
     pub left_out: LeftOut,
+    /// The clock of a meter that has one of its own.
+    pub clock: Option<OwnClock>,
 }
 
 impl<'a> Swept<'a> {
@@ -40,11 +43,12 @@ impl<'a> Swept<'a> {
         };
         let [from_s, to_s] = record.of.way().moving_deg().map(|place| track.time_s(place));
         let cruise_s = [from_s - CRUISE_S, to_s + CRUISE_S];
-        let (conversions, left_out) = guard::relied_on(record, cruise_s, noise);
+        let own = ByOwnClock::of(record);
+        let (conversions, left_out) = guard::relied_on(record, own.as_ref(), cruise_s, noise);
         let largest = conversions.iter().map(|one| one.value).fold(0.0, f64::max);
         let windows = conversions.iter().map(|one| Window {
-            from_deg: track.place_deg(one.asked_s),
-            to_deg: track.place_deg(one.asked_s + record.of.integration_s),
+            from_deg: track.place_deg(one.from_s),
+            to_deg: track.place_deg(one.to_s),
             value: one.value,
             sigma: one.sigma.hypot(NOISE_LEAST * largest),
         });
@@ -53,6 +57,7 @@ impl<'a> Swept<'a> {
             windows: windows.collect(),
             track,
             left_out,
+            clock: own.map(|own| own.clock),
         })
     }
 
@@ -65,6 +70,13 @@ impl<'a> Swept<'a> {
             gamma_deg,
             self.windows.iter().map(|window| (window.middle_deg(), window.value)),
         )
+    }
+
+    /// How uncertain the line of its positions and the instants of its light leave the place of all of that, degrees.
+    pub fn u_place_deg(&self) -> f64 {
+        let of_line = self.track.rms_deg / (self.windows.len() as f64).sqrt();
+        let of_clock = self.clock.map_or(0.0, |clock| self.track.speed_deg_s * clock.u_s);
+        of_line.hypot(of_clock)
     }
 
     /// +1 where γ rises, −1 where it falls.

@@ -8,14 +8,14 @@
 use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
-use isolux_device::{Axis, DeviceError, LuxOutcome, LuxRange, LuxSample};
+use isolux_device::{Axis, Conversions, DeviceError, LuxOutcome, LuxRange, LuxSample};
 use isolux_photometry::Ring;
 use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
 use tokio::time::{Instant, sleep};
 
 use super::session::Session;
-use crate::conversions::conversions;
+use crate::conversions::{conversions, middles_s};
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::sweeps;
@@ -78,6 +78,9 @@ impl Session<'_> {
             .set_range(LuxRange::Fixed(range))
             .await
             .map_err(ScanError::device("luxmeter"))?;
+        if meter.properties().converts == Conversions::ByOwnClock {
+            self.range_in_use().await;
+        }
         let caught = Caught::default();
         let motion = self.axes.start_sweep(&way, end, pass.speed_deg_s).await?;
         let outcome = {
@@ -116,6 +119,8 @@ impl Session<'_> {
             distance_mm: self.distance_mm,
             range: i32::from(range),
             integration_s: meter.properties().integration.as_secs_f64(),
+            update_interval_s: (meter.properties().converts == Conversions::ByOwnClock)
+                .then_some(meter.properties().update_interval.as_secs_f64()),
             lamp_on_s: self.lamp_on_s,
             ambient_c,
             session: 0,
@@ -150,6 +155,18 @@ impl Session<'_> {
                         .map_err(ScanError::device("luxmeter"))?;
                 }
                 Err(error)
+            }
+        }
+    }
+
+    /// Waits until a meter that converts all the time tells a value of the range that was chosen: until then it repeats
+    /// one of the range before. What it says instead shows in the sweep.
+    async fn range_in_use(&self) {
+        let meter = self.devices.meter.as_ref();
+        for _ in 0..MOST_FAILURES {
+            let deadline = Instant::now() + meter.properties().integration + SAMPLE_WITHIN;
+            if meter.sample(deadline).await.is_ok() {
+                return;
             }
         }
     }
@@ -279,14 +296,13 @@ fn missing(record: &SweepRecord, over_range: bool) -> Option<String> {
     {
         return Some("a ring has to have light all round, and a stretch of C has none".to_owned());
     }
-    let whole = record.light.iter().filter(|sample| sample.illuminance_lx.is_some());
-    let requested: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
+    let light_s: Vec<f64> = middles_s(record).into_iter().map(|(middle_s, _)| middle_s).collect();
     let first_and_last = |all: &[LightSample]| Some((all.first()?.asked_s, all.last()?.answered_s));
-    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| requested.len() > 8) else {
-        return Some(format!("{} conversions have a number", requested.len()));
+    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| light_s.len() > 8) else {
+        return Some(format!("{} conversions have a number", light_s.len()));
     };
-    let mut between: Vec<f64> = requested.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    between.push(ended_s - requested.last().copied().unwrap_or(ended_s));
+    let mut between: Vec<f64> = light_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    between.push(ended_s - light_s.last().copied().unwrap_or(ended_s));
     between.sort_by(f64::total_cmp);
     let usual_s = between[between.len() / 2];
     let without_s: f64 = between.iter().filter(|way| **way > GAP * usual_s).sum();
