@@ -2,6 +2,7 @@
 
 use isolux_record::{Reading, Role};
 
+use super::curve::Window;
 use super::delay::Shift;
 use super::swept::{Along, Swept};
 
@@ -43,6 +44,20 @@ impl Fitted<'_> {
         ]
     }
 
+    /// One digit of the display where the light at γ is so even that all conversions around are rounded alike, lx; 0 where
+    /// noise or the way of the light spreads them over the digit.
+    pub fn digit_lx(&self, gamma_deg: f64) -> f64 {
+        let from = |window: &&Window| (window.middle_deg() - gamma_deg).abs();
+        let nearest = self.one.windows.iter().min_by(|a, b| from(a).total_cmp(&from(b)));
+        let digit_lx = self.one.digit_lx;
+        let spread_lx = nearest.map_or(0.0, |window| {
+            let noise_lx = (window.sigma.powi(2) - digit_lx * digit_lx / 12.0).max(0.0).sqrt();
+            let change_lx = self.along.curve.slope(gamma_deg) * (window.to_deg - window.from_deg);
+            noise_lx.hypot(change_lx)
+        });
+        if spread_lx < 0.5 * digit_lx { digit_lx } else { 0.0 }
+    }
+
     /// Seconds of the run at which it read the light at γ.
     pub fn time_s(&self, gamma_deg: f64) -> f64 {
         let displaced_deg = self.one.sign() * self.shift.shift_deg;
@@ -52,8 +67,13 @@ impl Fitted<'_> {
     /// The reading at a direction of the plan.
     pub fn reading(&self, role: Role, (c_deg, gamma_deg): (f64, f64), u_lx: f64) -> Reading {
         let time_s = self.time_s(gamma_deg);
+        let digit_lx = self.digit_lx(gamma_deg);
+        let u_lx = u_lx.hypot(digit_lx / 12.0_f64.sqrt());
         let light = (self.along.curve.at(gamma_deg), u_lx);
-        self.one.reading(role, (c_deg, gamma_deg), time_s, light)
+        Reading {
+            digit_lx: Some(digit_lx),
+            ..self.one.reading(role, (c_deg, gamma_deg), time_s, light)
+        }
     }
 }
 

@@ -25,6 +25,8 @@ pub struct Swept<'a> {
     pub record: &'a SweepRecord,
     pub track: Track,
     pub windows: Vec<Window>,
+    /// One digit of the display, in the range that was held, lx.
+    pub digit_lx: f64,
     /// Conversions that are not among the windows.
     pub left_out: LeftOut,
     /// The clock of a meter that has one of its own.
@@ -56,6 +58,7 @@ impl<'a> Swept<'a> {
             record,
             windows: windows.collect(),
             track,
+            digit_lx: record.light.iter().map(|sample| sample.digit_lx).fold(0.0, f64::max),
             left_out,
             clock: own.map(|own| own.clock),
         })
