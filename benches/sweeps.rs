@@ -17,7 +17,8 @@
 //! | map | largest error of the written distribution anywhere, by 2.5° × 0.5°, % of the peak |
 //! | flux | error of the flux, % |
 //! | beam | largest error of the beam angle of a half-plane, ° |
-//! | U | directions whose error is below their own U (k = 2), %; error ÷ U of the worst |
+//! | in U | directions whose error is below their own U (k = 2), %; error ÷ U of the worst |
+//! | U | largest U of a direction, % of the peak: what the scan announces |
 //! | refused | scans that the ten directions read at rest refuse |
 //!
 //! The truth is the light at the distance of the scan: what a large lamp shows there is not its far field, in motion or
@@ -96,6 +97,7 @@ struct Figures {
     beam_deg: f64,
     covered: f64,
     worst_of_u: f64,
+    most_u: f64,
     /// C and γ of the largest error of a direction, degrees.
     at_deg: (f64, f64),
 }
@@ -378,7 +380,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
     let exact = fine(2.5, 0.5)?;
     let peak = exact.peak().intensity_cd;
     let slopes = reduction.grid.gamma_slopes_cd_per_deg();
-    let (mut node, mut at_deg, mut inside, mut worst_of_u) = (0.0f64, (0.0, 0.0), 0, 0.0f64);
+    let (mut node, mut at_deg, mut inside, mut worst_of_u, mut most_u) = (0.0f64, (0.0, 0.0), 0, 0.0f64, 0.0f64);
     for (plane, c_deg) in read.c_deg().iter().enumerate() {
         for (column, gamma_deg) in read.gamma_deg().iter().enumerate() {
             let error = (read.row(plane)[column] - truth(*c_deg, *gamma_deg)).abs();
@@ -390,6 +392,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
                 (node, at_deg) = (error / peak, (*c_deg, *gamma_deg));
             }
             inside += usize::from(error <= expanded);
+            most_u = most_u.max(expanded / peak);
             worst_of_u = worst_of_u.max(error / expanded.max(1e-4 * peak));
         }
     }
@@ -415,12 +418,13 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
         beam_deg: beams.fold(0.0, f64::max),
         covered: 100.0 * inside as f64 / read.intensity_cd().len() as f64,
         worst_of_u,
+        most_u: 100.0 * most_u,
         at_deg,
     })
 }
 
 impl Figures {
-    fn numbers(self) -> [f64; 7] {
+    fn numbers(self) -> [f64; 8] {
         [
             self.time_s,
             self.node,
@@ -429,6 +433,7 @@ impl Figures {
             self.beam_deg,
             self.covered,
             self.worst_of_u,
+            self.most_u,
         ]
     }
 }
@@ -443,10 +448,10 @@ impl How {
 }
 
 fn line(file: &Utf8Path, case: &Case) -> String {
-    let [time, node, map, flux, beam, covered, of_u] = case.figures.numbers();
+    let [time, node, map, flux, beam, covered, of_u, most_u] = case.figures.numbers();
     format!(
         "{} seed {} {}: {time:.0} s; node {node:.2} % at C {}° γ {}°, map {map:.2} %, flux {flux:.3} %, beam {beam:.2}°, in U {covered:.1} %, \
-         worst {of_u:.2} U{}",
+         worst {of_u:.2} U, largest U {most_u:.2} %{}",
         file.file_stem().unwrap_or_default(),
         case.seed,
         case.how.word(),
@@ -477,10 +482,10 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
     }
     for how in [How::InMotion, How::AtRest] {
         println!(
-            "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | refused |",
+            "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | U/% | refused |",
             how.word()
         );
-        println!("|{}", "---|".repeat(9));
+        println!("|{}", "---|".repeat(10));
         for (lamp, file) in lamps.iter().enumerate() {
             let of_lamp: Vec<&Case> = cases
                 .iter()
@@ -496,7 +501,7 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
             };
             let covered = numbers(5);
             println!(
-                "| {} | {} | {} | {} | {} | {} | {:.1}, {:.1} | {} | {} of {} |",
+                "| {} | {} | {} | {} | {} | {} | {:.1}, {:.1} | {} | {} | {} of {} |",
                 file.file_stem().unwrap_or_default(),
                 cell(0, 0),
                 cell(1, 2),
@@ -506,6 +511,7 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
                 covered[covered.len() / 2],
                 covered[0],
                 cell(6, 2),
+                cell(7, 2),
                 of_lamp.iter().filter(|case| case.refused.is_some()).count(),
                 of_lamp.len()
             );

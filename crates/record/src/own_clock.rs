@@ -73,7 +73,9 @@ impl ByOwnClock {
             None => {}
         };
         for (place, sample) in light {
-            let Some(illuminance_lx) = sample.illuminance_lx else { continue };
+            let Some(illuminance_lx) = sample.illuminance_lx else {
+                continue;
+            };
             let periods = (sample.asked_s - clock.end_s) / clock.period_s;
             let since_s = (periods - periods.floor()) * clock.period_s;
             if since_s < margin_s || since_s > clock.period_s - margin_s {
@@ -122,7 +124,9 @@ struct Change {
 
 fn changes(light: &[(usize, &LightSample)], nominal_s: f64) -> Vec<Change> {
     let pairs = light.windows(2).filter_map(|pair| {
-        let [(place, before), (next, after)] = pair else { return None };
+        let [(place, before), (next, after)] = pair else {
+            return None;
+        };
         let differ = before.illuminance_lx? != after.illuminance_lx?;
         let half_s = 0.5 * (after.asked_s - before.asked_s);
         // Where no answer was left out between, and no conversion missed.
@@ -171,7 +175,8 @@ impl OwnClock {
         let span_s = changes[changes.len() - 1].middle_s - changes[0].middle_s;
         // The next one differs by a tenth of a period over the whole sweep.
         let steps = (10.0 * STATED_WITHIN * span_s / nominal_s).ceil().max(1.0);
-        let periods = (-(steps as i32)..=steps as i32).map(|k| nominal_s * (1.0 + STATED_WITHIN * f64::from(k) / steps));
+        let periods =
+            (-(steps as i32)..=steps as i32).map(|k| nominal_s * (1.0 + STATED_WITHIN * f64::from(k) / steps));
         let tried = periods.map(|period_s| (period_s, Self::phase(changes, period_s, about_s)));
         let (mut period_s, (mut end_s, _)) = tried.max_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
         let mut kept: Vec<Change> = Vec::new();
@@ -212,12 +217,21 @@ impl OwnClock {
         };
         let (earlier_s, later_s) = (limit(-1.0), limit(1.0));
         let width_s = (earlier_s + later_s).max(0.0);
-        let half_s2 = kept.iter().map(|change| change.half_s.powi(2)).sum::<f64>() / kept.len() as f64;
+        let count = kept.len() as f64;
+        let half_s2 = kept.iter().map(|change| change.half_s.powi(2)).sum::<f64>() / count;
+        // A clock that slipped a little, or answers that are late by different times, lie farther from its ends than
+        // requests at any moment do (a third of the square of half their way, by up to three standard deviations more).
+        let off_s2 = |change: &Change| {
+            let number = ((change.middle_s - end_s) / period_s).round();
+            (change.middle_s - end_s - number * period_s).powi(2)
+        };
+        let scatter_s2 = kept.iter().map(off_s2).sum::<f64>() / count;
+        let excess_s2 = (scatter_s2 - half_s2 / 3.0 * (1.0 + 3.0 * (0.8 / count).sqrt())).max(0.0);
         Some(Self {
             period_s,
             end_s: end_s + 0.5 * (later_s - earlier_s),
-            // The width of what is left, and the scatter of the middles, of the phase and of the period.
-            u_s: (width_s * width_s / 12.0 + 2.0 * half_s2 / (3.0 * kept.len() as f64)).sqrt(),
+            // The width of what is left of the phase, the scatter of the middles for the period, and what is beyond.
+            u_s: (width_s * width_s / 12.0 + half_s2 / (3.0 * count) + excess_s2).sqrt(),
         })
     }
 
@@ -231,3 +245,6 @@ impl OwnClock {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -27,7 +27,7 @@ pub use at_rest::{Check, Checked};
 use delay::{Delay, Shift};
 use guard::LeftOut;
 use merged::Fitted;
-use swept::Swept;
+use swept::{Along, Swept};
 
 /// Speeds that differ by less are one.
 const SAME_SPEED: f64 = 0.02;
@@ -227,14 +227,15 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
             })
         })
     };
-    let fitted: Vec<Fitted<'_>> = swept
+    let along: Vec<(&Swept<'_>, Shift, Along)> = swept
         .iter()
         .filter_map(|one| {
             let shift = shift_at(one.track.speed_deg_s.abs())?;
             let along = one.along(&block.gamma_deg, shift.shift_deg)?;
-            Some(Fitted { one, shift, along })
+            Some((one, shift, along))
         })
         .collect();
+    let fitted = Fitted::all(along, &block.gamma_deg);
     let mut readings = Vec::new();
     let mut parts = Parts::default();
     let largest = fitted.iter().map(Fitted::largest).fold(0.0, f64::max);

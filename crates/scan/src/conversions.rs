@@ -7,7 +7,9 @@ use isolux_record::sweeps::SweepRecord;
 pub(crate) fn middles_s(sweep: &SweepRecord) -> Vec<(f64, f64)> {
     if let Some(own) = ByOwnClock::of(sweep) {
         let told = own.conversions.iter();
-        return told.map(|told| (0.5 * (told.from_s + told.to_s), told.illuminance_lx)).collect();
+        return told
+            .map(|told| (0.5 * (told.from_s + told.to_s), told.illuminance_lx))
+            .collect();
     }
     let middle_s = |asked_s: f64| asked_s + 0.5 * sweep.of.integration_s;
     let light = sweep.light.iter();

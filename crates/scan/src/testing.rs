@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_device::{Axis, AxisScale, AxisSettings, Conversions, LuxMeterProperties, Sense, SpectroradiometerProperties};
+use isolux_device::{
+    Axis, AxisScale, AxisSettings, Conversions, LuxMeterProperties, Sense, SpectroradiometerProperties,
+};
 use isolux_record::run::{RunDir, RunHeader};
 use isolux_record::spectra::SpectralCalibration;
 use isolux_record::{Plan, Station};

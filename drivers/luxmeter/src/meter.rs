@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use async_trait::async_trait;
 use isolux_device::{
-    Conversions, DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxRange, LuxReading,
-    LuxSample, OpenError, Target,
+    Conversions, DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxRange,
+    LuxReading, LuxSample, OpenError, Target,
 };
 use isolux_transport::{Place, Ports};
 use isolux_units::Lux;

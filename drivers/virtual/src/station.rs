@@ -52,7 +52,8 @@ pub fn open(part: &str, outlets: &[Outlet]) -> Option<String> {
 pub fn for_sweeps(text: &str, outlets: &[Outlet]) -> String {
     let mut text = text.to_owned();
     for outlet in outlets {
-        let Some((twin, Some(InMotion::OnRequest { open: more, .. }))) = twin(outlet).map(|twin| (twin, twin.sweeps)) else {
+        let Some((twin, Some(InMotion::OnRequest { open: more, .. }))) = twin(outlet).map(|twin| (twin, twin.sweeps))
+        else {
             continue;
         };
         for (_, rest) in twin.opens {

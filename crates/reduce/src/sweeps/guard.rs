@@ -61,8 +61,8 @@ pub struct Conversion {
     pub sigma: f64,
 }
 
-/// The conversions of `record` begun between two instants that can be relied on, and what is left out of them: before
-/// and after, the axis does not cruise. `own` are those of a meter with a clock of its own; `sigma` gives the standard
+/// The conversions of `record` between two instants that can be relied on, and what is left out of them: before and
+/// after, the axis does not cruise. `own` are those of a meter with a clock of its own; `sigma` gives the standard
 /// deviation of the noise of a value, by its place.
 pub fn relied_on(
     record: &SweepRecord,
@@ -95,7 +95,10 @@ fn told(
 ) -> (Vec<Conversion>, LeftOut) {
     let cruises = |at_s: f64| (from_s..=to_s).contains(&at_s);
     let lost = record.light.iter().filter(|sample| sample.illuminance_lx.is_none());
-    let told = own.conversions.iter().filter(|told| cruises(told.from_s));
+    let told = own
+        .conversions
+        .iter()
+        .filter(|told| cruises(told.from_s) && cruises(told.to_s));
     let conversions = told.map(|told| Conversion {
         place: told.place,
         from_s: told.from_s,
@@ -121,7 +124,7 @@ fn asked(
     let mut conversions = Vec::with_capacity(record.light.len());
     let (mut out_of_step, mut before_s) = (false, f64::NEG_INFINITY);
     for (place, sample) in record.light.iter().enumerate() {
-        let cruises = (from_s..=to_s).contains(&sample.asked_s);
+        let cruises = (from_s..=to_s - record.of.integration_s).contains(&sample.asked_s);
         let Some(value) = sample.illuminance_lx else {
             // The line is proved before the next request.
             out_of_step = false;

@@ -1,5 +1,7 @@
 //! Which sweep gives which direction: where one has no light, another one of its half-plane gives it.
 
+use std::rc::Rc;
+
 use isolux_record::{Reading, Role};
 
 use super::curve::Window;
@@ -15,6 +17,58 @@ pub struct Fitted<'a> {
     pub one: &'a Swept<'a>,
     pub shift: Shift,
     pub along: Along,
+    /// What the sweeps of this speed leave open together.
+    smoothing: Rc<Smoothing>,
+}
+
+/// Root mean square over sweeps of one speed of what their smoothing leaves open, by γ: whether a sweep sees a kink of the
+/// light depends on where its conversions happen to lie, and half-planes have their kinks at the same γ.
+struct Smoothing(Vec<(f64, f64)>);
+
+impl Smoothing {
+    fn of(alongs: &[&Along], gamma_deg: &[f64]) -> Self {
+        let at = |gamma: &f64| {
+            let there = alongs.iter().filter(|along| along.nodes.contains(gamma));
+            let squares: Vec<f64> = there.map(|along| along.curve.u_smoothing(*gamma).powi(2)).collect();
+            let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+            (*gamma, mean.sqrt())
+        };
+        Self(gamma_deg.iter().map(at).collect())
+    }
+
+    fn at(&self, gamma_deg: f64) -> f64 {
+        let off = |node: &&(f64, f64)| (node.0 - gamma_deg).abs();
+        self.0
+            .iter()
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+            .map_or(0.0, |node| node.1)
+    }
+}
+
+impl<'a> Fitted<'a> {
+    /// Of the sweeps of a block with the light along them.
+    pub fn all(swept: Vec<(&'a Swept<'a>, Shift, Along)>, gamma_deg: &[f64]) -> Vec<Self> {
+        let mut of_speeds: Vec<(f64, Rc<Smoothing>)> = Vec::new();
+        for (_, shift, _) in &swept {
+            let speed = shift.speed_deg_s;
+            if of_speeds.iter().all(|(known, _)| *known != speed) {
+                let same = swept.iter().filter(|(_, other, _)| other.speed_deg_s == speed);
+                let alongs: Vec<&Along> = same.map(|(_, _, along)| along).collect();
+                of_speeds.push((speed, Rc::new(Smoothing::of(&alongs, gamma_deg))));
+            }
+        }
+        let smoothing = |shift: &Shift| {
+            let own = of_speeds.iter().find(|(speed, _)| *speed == shift.speed_deg_s);
+            own.map_or_else(|| Rc::new(Smoothing(Vec::new())), |(_, smoothing)| Rc::clone(smoothing))
+        };
+        let fitted = swept.into_iter().map(|(one, shift, along)| Self {
+            smoothing: smoothing(&shift),
+            one,
+            shift,
+            along,
+        });
+        fitted.collect()
+    }
 }
 
 impl Fitted<'_> {
@@ -40,7 +94,7 @@ impl Fitted<'_> {
         [
             curve.u_noise(gamma_deg),
             self.shift.u_deg.hypot(self.one.u_place_deg()) * curve.slope(gamma_deg).abs(),
-            curve.u_smoothing(gamma_deg),
+            curve.u_smoothing(gamma_deg).max(self.smoothing.at(gamma_deg)),
         ]
     }
 

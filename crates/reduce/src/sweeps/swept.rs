@@ -92,7 +92,9 @@ impl<'a> Swept<'a> {
     pub fn along(&self, gamma_deg: &[f64], shift_deg: f64) -> Option<Along> {
         let nodes = self.nodes(gamma_deg);
         let by = self.sign() * shift_deg;
-        let (low, high) = (*nodes.first()?, *nodes.last()?);
+        // Windows reach beyond the ends: without those, the curve would hang free there.
+        let knots = with_ends(&nodes)?;
+        let (low, high) = (*knots.first()?, *knots.last()?);
         let windows: Vec<Window> = self
             .windows
             .iter()
@@ -104,7 +106,7 @@ impl<'a> Swept<'a> {
             .filter(|window| window.from_deg.min(window.to_deg) >= low && window.from_deg.max(window.to_deg) <= high)
             .collect();
         Some(Along {
-            curve: Curve::through(&nodes, &windows)?,
+            curve: Curve::through(&knots, &windows)?,
             ways: Ways::of(&windows),
             nodes,
         })
@@ -153,6 +155,17 @@ impl<'a> Swept<'a> {
             electrical: Electrical::default(),
         }
     }
+}
+
+/// `nodes` with one more step at each end; none where they are too few.
+fn with_ends(nodes: &[f64]) -> Option<Vec<f64>> {
+    let [first, second, .., before, last] = nodes else {
+        return None;
+    };
+    let mut knots = vec![2.0 * first - second];
+    knots.extend(nodes);
+    knots.push(2.0 * last - before);
+    Some(knots)
 }
 
 /// The light along a sweep.

@@ -12,7 +12,7 @@ use isolux_device::{Axis, Conversions, DeviceError, LuxOutcome, LuxRange, LuxSam
 use isolux_photometry::Ring;
 use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, sleep_until};
 
 use super::session::Session;
 use crate::conversions::{conversions, middles_s};
@@ -25,6 +25,13 @@ const BETWEEN_POSITIONS: Duration = Duration::from_millis(15);
 
 /// Over and above the integration, how long one conversion may take with everything that is done to prove the line.
 const SAMPLE_WITHIN: Duration = Duration::from_secs(3);
+
+/// Between two requests to a meter that converts by a clock of its own, in shares of its interval: from this on, and up to
+/// so much more. Requests that kept step with its clock would not tell its phase, and each that is lost costs a second.
+const BETWEEN_REQUESTS: [f64; 2] = [0.1, 0.4];
+
+/// The golden ratio: shares of it, times whole numbers, lie evenly and never in step.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Failures in a row after which the meter is taken for lost.
 const MOST_FAILURES: u32 = 5;
@@ -186,7 +193,11 @@ impl Session<'_> {
     /// Reads light until the move has ended.
     async fn light(&self, caught: &Caught) {
         let meter = self.devices.meter.as_ref();
-        let mut failures = 0;
+        let own_interval = match meter.properties().converts {
+            Conversions::ByOwnClock => meter.properties().update_interval,
+            Conversions::OnRequest | Conversions::Unknown => Duration::ZERO,
+        };
+        let (mut failures, mut answers) = (0, 0_u32);
         while !caught.ended.get() && failures < MOST_FAILURES {
             let requested = Instant::now();
             let deadline = requested + meter.properties().integration + SAMPLE_WITHIN;
@@ -201,6 +212,10 @@ impl Session<'_> {
                         answered: sample.answered,
                         sample: Ok(sample),
                     });
+                    answers += 1;
+                    let [least, more] = BETWEEN_REQUESTS;
+                    let share = least + more * (f64::from(answers) * GOLDEN).fract();
+                    sleep_until(requested + own_interval.mul_f64(share)).await;
                 }
                 Err(error) => {
                     failures += 1;
