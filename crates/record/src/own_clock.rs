@@ -19,7 +19,7 @@ const ROUNDS: usize = 8;
 /// Share of the pairs that may contradict the limits of the phase, at each of both.
 const BEYOND: f64 = 0.05;
 /// Share of the pairs of answers that a clock has to explain.
-const EXPLAINED: f64 = 0.7;
+const EXPLAINED: f64 = 0.9;
 
 /// The clock of a meter over one sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
