@@ -2,8 +2,8 @@
 //!
 //! Such a meter answers at once with its last conversion, and with the same one again until the next is complete. Where
 //! two answers in a row differ, a conversion ended between their requests. The clock whose ends lie between all these
-//! pairs of requests is that of the meter; what they leave open of its phase is its uncertainty. How long the meter takes
-//! from an end to a new answer is the same for all and displaces the light as any delay does.
+//! pairs of requests is that of the meter; what they leave open of its phase is its uncertainty. How long the meter
+//! takes from an end to a new answer is the same for all and displaces the light as any delay does.
 
 use crate::sweeps::{LightSample, SweepRecord};
 
@@ -52,7 +52,7 @@ pub struct ByOwnClock {
     pub clock: OwnClock,
     /// Conversions in the order of time.
     pub conversions: Vec<Told>,
-    /// Periods of the clock whose answers differ: the meter's clock has slipped, or answers are those to other requests.
+    /// Periods of the clock whose answers differ: the clock has slipped, or answers are those to other requests.
     pub unclear: usize,
 }
 
