@@ -2,12 +2,12 @@
 //! room whose meter has a latency, a lag and a clock of its own → scan → reduction → truth, in virtual time.
 //!
 //!     cargo bench -p isolux-app --bench sweeps -- [FILE or FOLDER …] [--seeds 10] [--at-rest 10] [--speed 15]
-//!         [--target 0.02] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
+//!         [--target 0.02] [--meter konica-t10a] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
 //! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target`
 //! u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the half-planes and γ
-//! that `init` proposes for the lamp in place of 24 × 2°; `--cases` a line a scan; `--only` lamps with NAME in
+//! that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the P-9710; `--cases` a line a scan; `--only` lamps with NAME in
 //! theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses is named and left out.
 //!
 //! | column | what |
@@ -17,7 +17,8 @@
 //! | map | largest error of the written distribution anywhere, by 2.5° × 0.5°, % of the peak |
 //! | flux | error of the flux, % |
 //! | beam | largest error of the beam angle of a half-plane, ° |
-//! | U | directions whose error is below their own U (k = 2), %; error ÷ U of the worst |
+//! | in U | directions whose error is below their own U (k = 2), %; error ÷ U of the worst |
+//! | U | largest U of a direction, % of the peak: what the scan announces |
 //! | refused | scans that the ten directions read at rest refuse |
 //!
 //! The truth is the light at the distance of the scan: what a large lamp shows there is not its far field, in motion or
@@ -39,12 +40,13 @@ use isolux_app::init::{self, Instruments};
 use isolux_app::instruments::bench::StationFiles;
 use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_darkroom::output::relative_output;
-use isolux_darkroom::{Darkroom, Kind, Observation, Room};
+use isolux_darkroom::{Darkroom, Instrument, Kind, Observation, Room};
 use isolux_formats::eulumdat::{self, Header, LampSet};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::document::SourceText;
 use isolux_record::{Event, Plan, Run, Subject};
 use isolux_reduce::{Options, ReduceError, Reduction};
+use isolux_virtual::twins::Choice;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use toml::{Table, Value};
@@ -61,6 +63,7 @@ struct Wanted {
     at_rest: u64,
     speed_deg_s: Option<f64>,
     target: Option<f64>,
+    meter: String,
     proposed: bool,
     cases: bool,
     only: Option<String>,
@@ -94,6 +97,7 @@ struct Figures {
     beam_deg: f64,
     covered: f64,
     worst_of_u: f64,
+    most_u: f64,
     /// C and γ of the largest error of a direction, degrees.
     at_deg: (f64, f64),
 }
@@ -145,6 +149,7 @@ fn wanted() -> Outcome<Wanted> {
         at_rest: 10,
         speed_deg_s: None,
         target: None,
+        meter: "gigahertz-p9710".to_owned(),
         proposed: false,
         cases: false,
         only: None,
@@ -159,6 +164,7 @@ fn wanted() -> Outcome<Wanted> {
             "--at-rest" => wanted.at_rest = value()?.parse()?,
             "--speed" => wanted.speed_deg_s = Some(value()?.parse()?),
             "--target" => wanted.target = Some(value()?.parse()?),
+            "--meter" => wanted.meter = value()?,
             "--proposed" => wanted.proposed = true,
             "--cases" => wanted.cases = true,
             "--only" => wanted.only = Some(value()?),
@@ -202,7 +208,7 @@ fn played(wanted: &Wanted, file: &Utf8Path, lamp: usize, seed: u64, how: How) ->
         .as_ref()
         .map_or_else(|| temporary.to_owned(), |kept| kept.join(name));
     let instruments = Instruments {
-        luxmeter: Some("gigahertz-p9710".to_owned()),
+        luxmeter: Some(wanted.meter.clone()),
         in_motion: how == How::InMotion,
         ..Instruments::default()
     };
@@ -216,7 +222,10 @@ fn played(wanted: &Wanted, file: &Utf8Path, lamp: usize, seed: u64, how: How) ->
     )?;
     disturb(&folder.join("room.toml"), seed)?;
     let plan_file = folder.join("plan.toml");
-    let plan_text = planned(&std::fs::read_to_string(&plan_file)?, wanted, how);
+    let mut choice = Choice::default();
+    choice.choose(Instrument::Luxmeter, &wanted.meter)?;
+    let speed_deg_s = wanted.speed_deg_s.unwrap_or_else(|| init::sweep_deg_s(2.0, &choice));
+    let plan_text = planned(&std::fs::read_to_string(&plan_file)?, wanted, how, speed_deg_s);
     let plan = Plan::parse(&plan_file, &plan_text)?;
     let source = StationFiles::load(&folder.join("station.toml"))?;
     let run_folder = folder.join("run");
@@ -285,6 +294,7 @@ fn disturb(file: &Utf8Path, seed: u64) -> Outcome<()> {
     set(&["axis", "gamma"], "wobble_deg", draws.random_range(0.0..0.03))?;
     let effects = "injected_effects";
     set(&[effects, "backlash"], "width_deg", draws.random_range(0.0..0.3))?;
+    set(&["luxmeter"], "clock_phase_s", draws.random_range(0.0..0.5))?;
     // Both kinds of scan know these by their corrections alike, or not at all.
     set(&[effects, "floor_reflection"], "albedo", 0.0)?;
     set(&[effects, "distance_offset"], "offset_mm", 0.0)?;
@@ -293,7 +303,7 @@ fn disturb(file: &Utf8Path, seed: u64) -> Outcome<()> {
 }
 
 /// The plan that `init` wrote, with what is asked of it.
-fn planned(text: &str, wanted: &Wanted, how: How) -> String {
+fn planned(text: &str, wanted: &Wanted, how: How, speed_deg_s: f64) -> String {
     let mut block = 0;
     let line = |line: &str| {
         block += usize::from(line == "[[block]]");
@@ -312,11 +322,9 @@ fn planned(text: &str, wanted: &Wanted, how: How) -> String {
             }
             ("gamma_range", How::AtRest) if block == 1 && !wanted.proposed => "gamma_range = [0, 180, 2]\n".to_owned(),
             ("reference_every", How::AtRest) if block == 1 && !wanted.proposed => "reference_every = 91\n".to_owned(),
-            ("speed_deg_s", How::InMotion) => match wanted.speed_deg_s {
-                Some(speed) => format!("speed_deg_s = {speed:?}\n"),
-                None if wanted.proposed => format!("{line}\n"),
-                None => format!("speed_deg_s = {:?}\n", init::sweep_deg_s(2.0)),
-            },
+            ("speed_deg_s", How::InMotion) if wanted.speed_deg_s.is_some() || !wanted.proposed => {
+                format!("speed_deg_s = {speed_deg_s:?}\n")
+            }
             _ => format!("{line}\n"),
         }
     };
@@ -372,7 +380,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
     let exact = fine(2.5, 0.5)?;
     let peak = exact.peak().intensity_cd;
     let slopes = reduction.grid.gamma_slopes_cd_per_deg();
-    let (mut node, mut at_deg, mut inside, mut worst_of_u) = (0.0f64, (0.0, 0.0), 0, 0.0f64);
+    let (mut node, mut at_deg, mut inside, mut worst_of_u, mut most_u) = (0.0f64, (0.0, 0.0), 0, 0.0f64, 0.0f64);
     for (plane, c_deg) in read.c_deg().iter().enumerate() {
         for (column, gamma_deg) in read.gamma_deg().iter().enumerate() {
             let error = (read.row(plane)[column] - truth(*c_deg, *gamma_deg)).abs();
@@ -384,6 +392,7 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
                 (node, at_deg) = (error / peak, (*c_deg, *gamma_deg));
             }
             inside += usize::from(error <= expanded);
+            most_u = most_u.max(expanded / peak);
             worst_of_u = worst_of_u.max(error / expanded.max(1e-4 * peak));
         }
     }
@@ -409,12 +418,13 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
         beam_deg: beams.fold(0.0, f64::max),
         covered: 100.0 * inside as f64 / read.intensity_cd().len() as f64,
         worst_of_u,
+        most_u: 100.0 * most_u,
         at_deg,
     })
 }
 
 impl Figures {
-    fn numbers(self) -> [f64; 7] {
+    fn numbers(self) -> [f64; 8] {
         [
             self.time_s,
             self.node,
@@ -423,6 +433,7 @@ impl Figures {
             self.beam_deg,
             self.covered,
             self.worst_of_u,
+            self.most_u,
         ]
     }
 }
@@ -437,10 +448,10 @@ impl How {
 }
 
 fn line(file: &Utf8Path, case: &Case) -> String {
-    let [time, node, map, flux, beam, covered, of_u] = case.figures.numbers();
+    let [time, node, map, flux, beam, covered, of_u, most_u] = case.figures.numbers();
     format!(
         "{} seed {} {}: {time:.0} s; node {node:.2} % at C {}° γ {}°, map {map:.2} %, flux {flux:.3} %, beam {beam:.2}°, in U {covered:.1} %, \
-         worst {of_u:.2} U{}",
+         worst {of_u:.2} U, largest U {most_u:.2} %{}",
         file.file_stem().unwrap_or_default(),
         case.seed,
         case.how.word(),
@@ -471,10 +482,10 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
     }
     for how in [How::InMotion, How::AtRest] {
         println!(
-            "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | refused |",
+            "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | U/% | refused |",
             how.word()
         );
-        println!("|{}", "---|".repeat(9));
+        println!("|{}", "---|".repeat(10));
         for (lamp, file) in lamps.iter().enumerate() {
             let of_lamp: Vec<&Case> = cases
                 .iter()
@@ -490,7 +501,7 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
             };
             let covered = numbers(5);
             println!(
-                "| {} | {} | {} | {} | {} | {} | {:.1}, {:.1} | {} | {} of {} |",
+                "| {} | {} | {} | {} | {} | {} | {:.1}, {:.1} | {} | {} | {} of {} |",
                 file.file_stem().unwrap_or_default(),
                 cell(0, 0),
                 cell(1, 2),
@@ -500,6 +511,7 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
                 covered[covered.len() / 2],
                 covered[0],
                 cell(6, 2),
+                cell(7, 2),
                 of_lamp.iter().filter(|case| case.refused.is_some()).count(),
                 of_lamp.len()
             );

@@ -27,7 +27,7 @@ pub use factory::{
     SwitchFactory, Target, ThermometerFactory,
 };
 pub use identity::Identity;
-pub use luxmeter::{Caution, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, LuxSample};
+pub use luxmeter::{Caution, Conversions, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, LuxSample};
 pub use power::{PowerMeter, PowerReading, Quantity};
 pub use spectroradiometer::{LinearisationError, RawSpectrum, Spectroradiometer, SpectroradiometerProperties};
 pub use switch::Switch;

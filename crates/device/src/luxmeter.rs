@@ -58,8 +58,20 @@ pub struct LuxMeterProperties {
     pub update_interval: Duration,
     /// Each conversion integrates the light of at most this long.
     pub integration: Duration,
+    /// What is known of the instants of its conversions.
+    pub converts: Conversions,
+}
+
+/// When a meter converts, and which conversion [`LuxMeter::sample`] gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Conversions {
     /// A request begins a conversion of its own, so that the instant of its light is known.
-    pub on_request: bool,
+    OnRequest,
+    /// All the time, by a clock of its own; a request gets the last conversion at once, and the same one again until the
+    /// next is complete. Its instants follow from many answers.
+    ByOwnClock,
+    /// All the time; which of them an answer tells is not known.
+    Unknown,
 }
 
 /// What a reading says.

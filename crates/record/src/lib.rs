@@ -8,6 +8,7 @@ pub mod event;
 pub mod job;
 pub mod limits;
 pub mod observation;
+pub mod own_clock;
 pub mod plan;
 pub mod reading;
 pub mod readings;

@@ -59,6 +59,10 @@ pub struct SweepOf {
     pub range: i32,
     /// Light of so long is in each conversion, s.
     pub integration_s: f64,
+    /// A new conversion about so often by a clock of the meter's own, s, of which an answer tells the last one; none where
+    /// each begins with its request.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub update_interval_s: Option<f64>,
     /// Seconds of the run at which the lamp was switched on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lamp_on_s: Option<f64>,
@@ -280,6 +284,7 @@ pub(crate) mod tests {
                 distance_mm: 3700.0,
                 range: 4,
                 integration_s: 0.1,
+                update_interval_s: None,
                 lamp_on_s: Some(2.5),
                 ambient_c: None,
                 session: 0,

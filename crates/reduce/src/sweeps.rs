@@ -27,7 +27,7 @@ pub use at_rest::{Check, Checked};
 use delay::{Delay, Shift};
 use guard::LeftOut;
 use merged::Fitted;
-use swept::Swept;
+use swept::{Along, Swept};
 
 /// Speeds that differ by less are one.
 const SAME_SPEED: f64 = 0.02;
@@ -184,7 +184,13 @@ fn shifts(block: &Block, swept: &[Swept<'_>]) -> Vec<Shift> {
         let Some((there, here)) = there.zip(back.along(&block.gamma_deg, 0.0)) else {
             continue;
         };
-        shifts.extend(Shift::between(&there.curve, &here.curve, &there.nodes, speed));
+        let shift = Shift::between(&there.curve, &here.curve, &there.nodes, speed);
+        // What the clocks of both leave open displaces one against the other; their lines are seen in the curves.
+        let of_clocks = |one: &Swept<'_>| one.clock.map_or(0.0, |clock| 0.5 * speed * clock.u_s);
+        shifts.extend(shift.map(|shift| Shift {
+            u_deg: shift.u_deg.hypot(of_clocks(forward)).hypot(of_clocks(back)),
+            ..shift
+        }));
     }
     shifts.sort_by(|a, b| b.speed_deg_s.total_cmp(&a.speed_deg_s));
     shifts
@@ -221,14 +227,15 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
             })
         })
     };
-    let fitted: Vec<Fitted<'_>> = swept
+    let along: Vec<(&Swept<'_>, Shift, Along)> = swept
         .iter()
         .filter_map(|one| {
             let shift = shift_at(one.track.speed_deg_s.abs())?;
             let along = one.along(&block.gamma_deg, shift.shift_deg)?;
-            Some(Fitted { one, shift, along })
+            Some((one, shift, along))
         })
         .collect();
+    let fitted = Fitted::all(along, &block.gamma_deg);
     let mut readings = Vec::new();
     let mut parts = Parts::default();
     let largest = fitted.iter().map(Fitted::largest).fold(0.0, f64::max);
@@ -310,15 +317,30 @@ fn note(block: &Block, swept: &[Swept<'_>], fast: &Shift, delay: Option<Delay>, 
             )
         },
     );
-    let (sweeps, left_out) = (swept.len(), left_out(swept));
+    let (sweeps, left_out, clock) = (swept.len(), left_out(swept), own_clock(swept));
     format!(
         "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s: its light is displaced against the positions by \
          {:.3} ± {:.3}° (k = 2), {separated}; u of a direction, in root mean squares of the largest light: noise {noise:.3} %, \
-         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at rest{left_out}",
+         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at rest{clock}{left_out}",
         block.name,
         fast.speed_deg_s,
         fast.shift_deg,
         2.0 * fast.u_deg
+    )
+}
+
+/// What is known of the meter's own clock; empty where it has none.
+fn own_clock(swept: &[Swept<'_>]) -> String {
+    let clocks: Vec<_> = swept.iter().filter_map(|one| one.clock).collect();
+    let mean = clocks.iter().map(|clock| clock.period_s).sum::<f64>() / clocks.len() as f64;
+    let Some(worst) = clocks.iter().map(|clock| clock.u_s).max_by(f64::total_cmp) else {
+        return String::new();
+    };
+    format!(
+        "; by its answers the meter converted every {:.2} ms on its own, the instant known to {:.1} ms (k = 2) or better \
+         in each sweep",
+        1e3 * mean,
+        2e3 * worst
     )
 }
 
@@ -333,11 +355,16 @@ fn left_out(swept: &[Swept<'_>]) -> String {
     }
     let all: usize = swept.iter().map(|one| one.record.light.len()).sum();
     format!(
-        "; {} of {all} conversions are left out: {} without a number (lost, late, or more bytes than were asked for), {} that \
-         answer an earlier request, {} that do not fit their neighbours (as with a wrong digit)",
-        sum.count(),
+        "; {} of {all} answers are left out: {} without a number (lost, late, or more bytes than were asked for), {} that \
+         answer an earlier request, {} that do not fit their neighbours (as with a wrong digit){}",
+        sum.without_number + sum.early + sum.astray,
         sum.without_number,
         sum.early,
-        sum.astray
+        sum.astray,
+        if sum.unclear > 0 {
+            format!(", and {} conversions whose answers differ", sum.unclear)
+        } else {
+            String::new()
+        }
     )
 }

@@ -499,6 +499,7 @@ pub(crate) mod tests {
                 distance_mm: 3700.0,
                 range: 3,
                 integration_s: 0.1,
+                update_interval_s: None,
                 lamp_on_s: None,
                 ambient_c: None,
                 session: 0,

@@ -1,6 +1,22 @@
 //! The light of a sweep where its axis was, as the engine needs it: the reduction knows it better.
 
+use isolux_record::own_clock::ByOwnClock;
 use isolux_record::sweeps::SweepRecord;
+
+/// When the light of each conversion with a number was, and that number: the middle in seconds of the run, lx.
+pub(crate) fn middles_s(sweep: &SweepRecord) -> Vec<(f64, f64)> {
+    if let Some(own) = ByOwnClock::of(sweep) {
+        let told = own.conversions.iter();
+        return told
+            .map(|told| (0.5 * (told.from_s + told.to_s), told.illuminance_lx))
+            .collect();
+    }
+    let middle_s = |asked_s: f64| asked_s + 0.5 * sweep.of.integration_s;
+    let light = sweep.light.iter();
+    light
+        .filter_map(|sample| Some((middle_s(sample.asked_s), sample.illuminance_lx?)))
+        .collect()
+}
 
 /// Where the axis was at the middle of each conversion with a number, rising, degrees, and that number; those of an
 /// axis that stood still are none.
@@ -12,11 +28,10 @@ pub(crate) fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
         let share = (time_s - before.answered_s) / (after.answered_s - before.answered_s);
         Some(before.place_deg + share * (after.place_deg - before.place_deg))
     };
-    let whole = sweep.light.iter().filter_map(|sample| {
-        let place_deg = at(sample.asked_s + 0.5 * sweep.of.integration_s)?;
-        Some((place_deg, sample.illuminance_lx?))
-    });
-    let mut conversions: Vec<(f64, f64)> = whole.collect();
+    let middles = middles_s(sweep).into_iter();
+    let mut conversions: Vec<(f64, f64)> = middles
+        .filter_map(|(time_s, illuminance_lx)| Some((at(time_s)?, illuminance_lx)))
+        .collect();
     conversions.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Before and after its motion the axis rests.
     conversions.dedup_by(|a, b| a.0 - b.0 < 1e-3);

@@ -37,4 +37,4 @@ pub use engine::{Engine, ScanSummary};
 pub use error::{ScanError, ScanErrorKind};
 pub use observe::{Observer, Silent};
 pub use pause::Pause;
-pub use sweeps::most_deg_s;
+pub use sweeps::{most_by_own_clock_deg_s, most_deg_s};

@@ -1,6 +1,6 @@
 //! What a sweep asks of a bench: a meter that is fast enough, a fixed range, way enough for run-up and run-out.
 
-use isolux_device::LuxMeterProperties;
+use isolux_device::{Conversions, LuxMeterProperties};
 use isolux_photometry::Symmetry;
 use isolux_record::Station;
 use isolux_record::document::Fault;
@@ -12,17 +12,25 @@ use crate::devices::Devices;
 
 /// Between the end of one conversion and the beginning of the next: both ways on a line of 9600 baud.
 const EXCHANGE_S: f64 = 0.03;
-/// Conversions for each step of the grid, at least.
+/// Conversions for each step of the grid, at least, of a meter that converts on request: there are ways between them.
 const PER_STEP: f64 = 1.0;
+/// And of one that converts all the time, whose windows leave no way out.
+const PER_STEP_ALL_THE_TIME: f64 = 0.66;
 /// Share of its range that the largest light expected may fill: an estimate is uncertain.
 const FILLED: f64 = 0.7;
 
 /// Directions of a block of sweeps that are read at rest afterwards.
 pub(crate) const AT_REST: usize = 10;
 
-/// The speed of a sweep over γ of this finest step at which a meter of this integration time still follows, °/s.
+/// The speed of a sweep over γ of this finest step at which a meter that converts on request, with this integration time,
+/// still follows, °/s.
 pub fn most_deg_s(step_deg: f64, integration_s: f64) -> f64 {
     step_deg / (PER_STEP * (integration_s + EXCHANGE_S))
+}
+
+/// The same of a meter that converts by a clock of its own, with a new value so often.
+pub fn most_by_own_clock_deg_s(step_deg: f64, update_interval_s: f64) -> f64 {
+    step_deg / (PER_STEP_ALL_THE_TIME * update_interval_s)
 }
 
 /// The finest step of the block's γ, degrees.
@@ -44,16 +52,27 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
         let Some(speed) = block.sweep_deg_s else { continue };
         let fault = |key: &str, message: String| Err(Fault::new(format!("block.{index}.{key}"), message));
         let model = &devices.meter.identity().model;
-        if !properties.on_request {
-            return fault(
-                "mode",
-                format!(
-                    "{model} converts by a clock of its own and does not say when: sweeps need a meter that converts on request \
-                     (driver gigahertz-p9710); leave `mode` out of block `{}`",
-                    block.name
-                ),
-            );
-        }
+        let step_deg = step_deg(block);
+        let (every_s, most) = match properties.converts {
+            Conversions::OnRequest => {
+                let integration_s = properties.integration.as_secs_f64();
+                (integration_s + EXCHANGE_S, most_deg_s(step_deg, integration_s))
+            }
+            Conversions::ByOwnClock => {
+                let update_s = properties.update_interval.as_secs_f64();
+                (update_s, most_by_own_clock_deg_s(step_deg, update_s))
+            }
+            Conversions::Unknown => {
+                return fault(
+                    "mode",
+                    format!(
+                        "{model} does not say when it converts: sweeps need a meter that converts on request (driver \
+                         gigahertz-p9710) or whose clock its answers tell (konica-t10a); leave `mode` out of block `{}`",
+                        block.name
+                    ),
+                );
+            }
+        };
         if properties.range_full_scale.is_empty() {
             return fault(
                 "mode",
@@ -68,17 +87,19 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
                 "a sweep holds one range, and the station does not say how bright the lamp is: give `peak_cd` in [lamp]".to_owned(),
             );
         }
-        let every_s = properties.integration.as_secs_f64() + EXCHANGE_S;
-        let most = most_deg_s(step_deg(block), properties.integration.as_secs_f64());
         if speed > most {
             return fault(
                 "speed_deg_s|mode",
                 format!(
-                    "{model} gives a value every {every_s:.2} s, at {speed} °/s one in {:.1}°, and the grid has {}°: {:.1} °/s would do, \
-                     or a shorter integration time",
+                    "{model} gives a value every {every_s:.2} s, at {speed} °/s one in {:.1}°, and the grid has {step_deg}°: {:.1} °/s would \
+                     do{}",
                     speed * every_s,
-                    step_deg(block),
-                    (10.0 * most).floor() / 10.0
+                    (10.0 * most).floor() / 10.0,
+                    if properties.converts == Conversions::OnRequest {
+                        ", or a shorter integration time"
+                    } else {
+                        ", or a meter that converts on request (driver gigahertz-p9710)"
+                    }
                 ),
             );
         }

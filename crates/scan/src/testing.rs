@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_device::{Axis, AxisScale, AxisSettings, LuxMeterProperties, Sense, SpectroradiometerProperties};
+use isolux_device::{
+    Axis, AxisScale, AxisSettings, Conversions, LuxMeterProperties, Sense, SpectroradiometerProperties,
+};
 use isolux_record::run::{RunDir, RunHeader};
 use isolux_record::spectra::SpectralCalibration;
 use isolux_record::{Plan, Station};
@@ -122,7 +124,7 @@ pub fn bench() -> (Devices, Shared) {
                 range_full_scale: vec![Lux::new(299_900.0).unwrap()],
                 update_interval: Duration::from_millis(500),
                 integration: Duration::from_millis(500),
-                on_request: true,
+                converts: Conversions::OnRequest,
             },
             room: room.clone(),
         }),

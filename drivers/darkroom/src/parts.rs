@@ -240,6 +240,9 @@ part! {
         /// How much slower its clock is than that of the room, parts in a million: integration and conversions last
         /// longer.
         clock_ppm: f64 = 0.0, -10_000.0..=10_000.0;
+        /// Where a clock that runs all the time stands when the room is opened: so long after it the first conversion
+        /// begins, s.
+        clock_phase_s: f64 = 0.0, 0.0..=60.0;
     }
 }
 

@@ -12,7 +12,7 @@ use isolux_transport::{BusError, TRIES, worth_another_try};
 use tokio::time::{Instant, sleep, sleep_until};
 
 use crate::connected::Connected;
-use crate::language::{Converts, Failure, Language};
+use crate::language::{Failure, Language};
 
 /// Exchanges of one reading within which two in a row must agree.
 const MOST_EXCHANGES: usize = 12;
@@ -108,11 +108,12 @@ impl State {
         if self.surplus(meter) {
             return Err(too_much());
         }
-        let timing = meter.language.timing();
-        if timing.converts == Converts::OnRequest && reading.ended < requested + timing.integration {
+        let soonest = meter.language.soonest();
+        if soonest.is_some_and(|soonest| reading.ended < requested + soonest) {
             // Every answer after it would be that to the request before, so the line is put in step again.
-            let failure =
-                Failure::malformed("it came before its light could be integrated: it answers an earlier request");
+            let failure = Failure::malformed(
+                "it came before its light could be integrated or its bytes be on the line: it answers an earlier request",
+            );
             return Err(meter.link.failure("read", failure, reading.evidence));
         }
         self.in_doubt = false;

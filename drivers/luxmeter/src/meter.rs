@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use async_trait::async_trait;
 use isolux_device::{
-    DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxRange, LuxReading,
-    LuxSample, OpenError, Target,
+    Conversions, DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxRange,
+    LuxReading, LuxSample, OpenError, Target,
 };
 use isolux_transport::{Place, Ports};
 use isolux_units::Lux;
@@ -62,7 +62,11 @@ impl<L: Language> LuxMeterFactory for Opener<L> {
             range_full_scale: tops.filter_map(|(top_lx, _)| Lux::new(top_lx).ok()).collect(),
             update_interval: language.timing().update_interval,
             integration: language.timing().integration,
-            on_request: language.timing().converts == Converts::OnRequest,
+            converts: match (language.timing().converts, language.soonest()) {
+                (Converts::OnRequest, _) => Conversions::OnRequest,
+                (Converts::Always | Converts::AlwaysAndRepeats, Some(_)) => Conversions::ByOwnClock,
+                (Converts::Always | Converts::AlwaysAndRepeats, None) => Conversions::Unknown,
+            },
         };
         // What has arrived by now was part of putting the meter into service.
         let state = State::in_step(link.bus.unsolicited());

@@ -6,7 +6,7 @@ use isolux_darkroom::{Darkroom, InjectedEffects, Instrument, Room};
 
 use crate::VirtualRoom;
 use crate::outlet::Outlet;
-use crate::twins::{Choice, TWINS, TwinKind};
+use crate::twins::{Choice, InMotion, TWINS, TwinKind};
 
 /// Name of the calibration file that [`station`] refers to.
 pub const CALIBRATION_FILE: &str = "spectroradiometer.csv";
@@ -52,10 +52,11 @@ pub fn open(part: &str, outlets: &[Outlet]) -> Option<String> {
 pub fn for_sweeps(text: &str, outlets: &[Outlet]) -> String {
     let mut text = text.to_owned();
     for outlet in outlets {
-        let Some((twin, more)) = twin(outlet).and_then(|twin| Some((twin, twin.sweeps?))) else {
+        let Some((twin, Some(InMotion::OnRequest { open: more, .. }))) = twin(outlet).map(|twin| (twin, twin.sweeps))
+        else {
             continue;
         };
-        for (_, rest) in twin.opens.iter().filter(|_| !more.is_empty()) {
+        for (_, rest) in twin.opens {
             let open = format!("{}:{}{rest}", outlet.driver, outlet.address);
             text = text.replace(&format!("{open}\""), &format!("{open}{more}\""));
         }

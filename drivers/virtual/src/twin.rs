@@ -15,13 +15,32 @@ pub struct TwinKind {
     pub line: LineSettings,
     /// The parts of a station that it can be, and what follows its address in their `open`: `("axis.c", "?axis=1")`.
     pub opens: &'static [(&'static str, &'static str)],
-    /// What follows that in a station whose plan reads while γ moves; none where this axis or meter cannot.
-    pub sweeps: Option<&'static str>,
+    /// How it takes part in a plan that reads while γ moves; none where this axis or meter cannot.
+    pub sweeps: Option<InMotion>,
     /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per
     /// second; none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
     pub calibration: Option<fn(&Room) -> String>,
     /// The twin at power-up.
     pub(crate) start: fn(&World) -> Box<dyn Twin>,
+}
+
+/// What an instrument does while γ moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum InMotion {
+    /// It moves at a speed.
+    Moves,
+    /// It converts on request, for so many milliseconds with `open` behind its address.
+    OnRequest {
+        /// What the station has to say for that.
+        open: &'static str,
+        /// Integration time with it, ms.
+        integration_ms: u32,
+    },
+    /// It converts by a clock of its own, in so many milliseconds.
+    ByOwnClock {
+        /// From one value to the next, ms.
+        update_interval_ms: u32,
+    },
 }
 
 impl TwinKind {

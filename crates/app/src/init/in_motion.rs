@@ -1,16 +1,13 @@
 //! `init --sweep`: twins that can be read while γ moves, and the plan of the day as sweeps.
 
 use isolux_record::plan::SPEED_DEG_S;
-use isolux_scan::most_deg_s;
+use isolux_scan::{most_by_own_clock_deg_s, most_deg_s};
 use isolux_virtual::Instrument;
-use isolux_virtual::twins::{Choice, TWINS};
+use isolux_virtual::twins::{Choice, InMotion, TWINS};
 
 use crate::Failure;
 
-/// Integration time of the meters whose twins are read in motion, s.
-const INTEGRATION_S: f64 = 0.1;
-
-/// Axes and a lux meter that sweep, where none are `named`.
+/// Axes and a lux meter that sweep, where none are `named`: the one that is read most often.
 ///
 /// # Errors
 /// Bad input (exit 2) for a named one that cannot; names those that can.
@@ -21,10 +18,10 @@ pub fn choose(choice: &mut Choice, named: &[(Instrument, &Option<String>)]) -> R
                 .iter()
                 .filter(|twin| twin.instrument == instrument && twin.sweeps.is_some())
         };
-        if choice.twin(instrument).is_some_and(|twin| twin.sweeps.is_some()) {
-            continue;
-        }
         if let Some((_, Some(driver))) = named.iter().find(|(of, _)| *of == instrument) {
+            if choice.twin(instrument).is_some_and(|twin| twin.sweeps.is_some()) {
+                continue;
+            }
             let known: Vec<&str> = able().map(|twin| twin.driver).collect();
             return Err(Failure::bad_input(format!(
                 "driver {driver} cannot be read or moved in sweeps; for the {} it would be {}",
@@ -32,18 +29,23 @@ pub fn choose(choice: &mut Choice, named: &[(Instrument, &Option<String>)]) -> R
                 known.join(", ")
             )));
         }
-        if let Some(twin) = able().next() {
+        let every_ms = |sweeps: Option<InMotion>| match sweeps {
+            Some(InMotion::OnRequest { integration_ms, .. }) => integration_ms,
+            Some(InMotion::ByOwnClock { update_interval_ms }) => update_interval_ms,
+            Some(InMotion::Moves) | None => 0,
+        };
+        if let Some(twin) = able().min_by_key(|twin| every_ms(twin.sweeps)) {
             choice.choose(instrument, twin.driver).map_err(Failure::bad_input)?;
         }
     }
     Ok(())
 }
 
-/// A plan as sweeps: its first block with the same steps, two half-planes a sweep.
+/// A plan as sweeps for the lux meter of `choice`: its first block with the same steps, two half-planes a sweep.
 ///
 /// # Errors
 /// Bad input (exit 2) for a plan whose first block has no ranges.
-pub fn plan(text: &str) -> Result<String, Failure> {
+pub fn plan(text: &str, choice: &Choice) -> Result<String, Failure> {
     let mut made = String::new();
     let mut block = 0;
     for line in text.lines() {
@@ -67,7 +69,7 @@ pub fn plan(text: &str) -> Result<String, Failure> {
                     "mode = \"sweep\"".to_owned(),
                     "read while γ moves; without this line at rest: the reference",
                 ) + &set(
-                    format!("speed_deg_s = {}", sweep_deg_s(step)),
+                    format!("speed_deg_s = {}", sweep_deg_s(step, choice)),
                     "slower reads more often",
                 )
             }
@@ -83,9 +85,16 @@ pub fn plan(text: &str) -> Result<String, Failure> {
     Ok(made)
 }
 
-/// The speed of γ that is proposed for steps of so many degrees, °/s.
-pub fn sweep_deg_s(step_deg: f64) -> f64 {
-    SPEED_DEG_S.min((10.0 * most_deg_s(step_deg, INTEGRATION_S)).floor() / 10.0)
+/// The speed of γ that is proposed for steps of so many degrees with the lux meter of `choice`, °/s.
+pub fn sweep_deg_s(step_deg: f64, choice: &Choice) -> f64 {
+    let most = match choice.twin(Instrument::Luxmeter).and_then(|twin| twin.sweeps) {
+        Some(InMotion::OnRequest { integration_ms, .. }) => most_deg_s(step_deg, 1e-3 * f64::from(integration_ms)),
+        Some(InMotion::ByOwnClock { update_interval_ms }) => {
+            most_by_own_clock_deg_s(step_deg, 1e-3 * f64::from(update_interval_ms))
+        }
+        Some(InMotion::Moves) | None => SPEED_DEG_S,
+    };
+    SPEED_DEG_S.min((10.0 * most).floor() / 10.0)
 }
 
 /// The step of `key = [from, to, step]`, degrees.
@@ -104,9 +113,16 @@ mod tests {
     use super::*;
     use crate::init::DayPlan;
 
+    /// Twins where none is named.
+    fn fast() -> Choice {
+        let mut choice = Choice::default();
+        choose(&mut choice, &[]).unwrap();
+        choice
+    }
+
     #[test]
     fn the_plan_of_the_day_as_sweeps_reads_the_same_directions() {
-        let text = plan(&DayPlan::Near.text()).unwrap();
+        let text = plan(&DayPlan::Near.text(), &fast()).unwrap();
         let swept = Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap();
         let day = DayPlan::Near.plan().unwrap();
         assert_eq!(swept.blocks()[1..], day.blocks()[1..]);
@@ -127,7 +143,7 @@ mod tests {
 
     #[test]
     fn fine_steps_are_swept_slowly() {
-        let fine = plan(&DayPlan::Near.text().replace("[0, 180, 2]", "[0, 180, 0.5]")).unwrap();
+        let fine = plan(&DayPlan::Near.text().replace("[0, 180, 2]", "[0, 180, 0.5]"), &fast()).unwrap();
         assert!(
             fine.contains("speed_deg_s = 3.8") && fine.contains("[-180, 180, 0.5]"),
             "{fine}"
@@ -136,7 +152,19 @@ mod tests {
             &DayPlan::Near
                 .text()
                 .replace("gamma_range = [0, 180, 2]", "gamma_range = 0.5"),
+            &fast(),
         );
         assert!(listed.unwrap_err().message.contains("gamma_range = 0.5"));
+    }
+
+    #[test]
+    fn a_meter_with_a_clock_of_its_own_is_taken_where_it_is_named() {
+        assert_eq!(fast().twin(Instrument::Luxmeter).unwrap().driver, "gigahertz-p9710");
+        let mut choice = Choice::default();
+        choice.choose(Instrument::Luxmeter, "konica-t10a").unwrap();
+        choose(&mut choice, &[(Instrument::Luxmeter, &Some("konica-t10a".to_owned()))]).unwrap();
+        assert_eq!(choice.twin(Instrument::Luxmeter).unwrap().driver, "konica-t10a");
+        let text = plan(&DayPlan::Near.text(), &choice).unwrap();
+        assert!(text.contains("speed_deg_s = 6 "), "{text}");
     }
 }

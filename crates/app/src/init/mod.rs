@@ -91,7 +91,7 @@ pub fn run(
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
     let mut files = vec![("station.toml", station)];
     files.extend(calibration.map(|text| (CALIBRATION_FILE, text)));
-    files.push(("plan.toml", instruments.plan(plan.text())?));
+    files.push(("plan.toml", instruments.plan(plan.text(), &choice)?));
     files.push(("scene.toml", SCENE.to_owned()));
     files.push(("job.toml", JOB.to_owned() + &subject::text(subject)));
     write_all(folder, files, overwrite)
@@ -122,7 +122,7 @@ pub fn for_lamp(
                 let station = instruments.station(text, &choice);
                 *text = format!("{STATION_HEAD}{station}{STATION_TAIL}");
             }
-            "plan.toml" => *text = instruments.plan(std::mem::take(text))?,
+            "plan.toml" => *text = instruments.plan(std::mem::take(text), &choice)?,
             _ => {}
         }
     }
@@ -214,10 +214,10 @@ impl Instruments {
     }
 
     /// The plan for how it is read.
-    fn plan(&self, text: String) -> Result<String, Failure> {
+    fn plan(&self, text: String, choice: &Choice) -> Result<String, Failure> {
         let text = if self.colour { colour::plan(&text) } else { text };
         if self.in_motion {
-            in_motion::plan(&text)
+            in_motion::plan(&text, choice)
         } else {
             Ok(text)
         }

@@ -60,7 +60,12 @@ fn check(row: &Reading, fitted: &[Fitted<'_>], delay: Option<Delay>) -> Option<C
     let mean = |of: &dyn Fn(&Fitted<'_>) -> f64| giving.iter().map(|sweep| of(sweep)).sum::<f64>() / count;
     let slope = mean(&|sweep| sweep.along.curve.slope(gamma_deg).abs());
     // What sweeps have in common does not become less by their number.
-    let u_swept = mean(&|sweep| sweep.parts(gamma_deg).iter().map(|part| part * part).sum()).sqrt();
+    let u2 = |sweep: &Fitted<'_>| {
+        let of_digit = sweep.digit_lx(gamma_deg) / 12.0_f64.sqrt();
+        let parts = sweep.parts(gamma_deg).into_iter().chain([of_digit]);
+        parts.map(|part| part * part).sum()
+    };
+    let u_swept = mean(&u2).sqrt();
     let u_rest = row
         .u_lx
         .unwrap_or(0.0)

@@ -35,6 +35,8 @@ pub struct Curve {
     kept_out: Vec<(f64, f64)>,
     /// Degrees over which that is averaged.
     reach_deg: f64,
+    /// Steps of γ in the window of a conversion, at least one: its mean over several says less of each.
+    steps: f64,
 }
 
 /// One in so many conversions is kept out at a time.
@@ -97,8 +99,11 @@ impl Curve {
             })
             .collect();
         let [low, high] = basis.range_deg();
+        let step_deg = (high - low) / (gamma_deg.len() - 1) as f64;
+        let widths = windows.iter().map(|window| (window.to_deg - window.from_deg).abs());
         Some(Self {
-            reach_deg: REACH_STEPS * (high - low) / (gamma_deg.len() - 1) as f64,
+            reach_deg: REACH_STEPS * step_deg,
+            steps: (widths.sum::<f64>() / (windows.len() as f64 * step_deg)).max(1.0),
             basis,
             coefficients,
             covariance,
@@ -138,7 +143,7 @@ impl Curve {
             if total > 0.0 { sum / total } else { 0.0 }
         };
         let [near, around] = [1.0 / 3.0, 1.0].map(|share| mean(share * self.reach_deg));
-        near.max(around).max(0.0).sqrt()
+        self.steps * near.max(around).max(0.0).sqrt()
     }
 }
 

@@ -5,6 +5,7 @@
 //! neighbours without it. One that alone explains why it and its neighbours do not fit together is left out; an edge of
 //! the light is not, for no single conversion explains it.
 
+use isolux_record::own_clock::ByOwnClock;
 use isolux_record::sweeps::SweepRecord;
 
 /// Neighbours to each side that the polynomial goes through.
@@ -29,12 +30,14 @@ pub struct LeftOut {
     pub early: usize,
     /// Not what the neighbours say: a wrong digit.
     pub astray: usize,
+    /// Periods of the meter's own clock in which its answers differ.
+    pub unclear: usize,
 }
 
 impl LeftOut {
     /// All of them.
     pub fn count(&self) -> usize {
-        self.without_number + self.early + self.astray
+        self.without_number + self.early + self.astray + self.unclear
     }
 }
 
@@ -43,22 +46,76 @@ impl std::ops::AddAssign for LeftOut {
         self.without_number += other.without_number;
         self.early += other.early;
         self.astray += other.astray;
+        self.unclear += other.unclear;
     }
 }
 
-/// One conversion with a number: its place in the sweep, the instant of its request, what it said and the standard
-/// deviation of its noise.
+/// One conversion with a number: its place in the sweep, when its light began and ended (as from its request on, or by
+/// the meter's own clock), what it said and the standard deviation of its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conversion {
     pub place: usize,
-    pub asked_s: f64,
+    pub from_s: f64,
+    pub to_s: f64,
     pub value: f64,
     pub sigma: f64,
 }
 
-/// The conversions of `record` asked between two instants that can be relied on, and what is left out of them: before
-/// and after, the axis does not cruise. `sigma` gives the standard deviation of the noise of a value, by its place.
+/// The conversions of `record` between two instants that can be relied on, and what is left out of them: before and
+/// after, the axis does not cruise. `own` are those of a meter with a clock of its own; `sigma` gives the standard
+/// deviation of the noise of a value, by its place.
 pub fn relied_on(
+    record: &SweepRecord,
+    own: Option<&ByOwnClock>,
+    cruise_s: [f64; 2],
+    sigma: impl Fn(usize, f64) -> f64,
+) -> (Vec<Conversion>, LeftOut) {
+    let (mut conversions, mut left_out) = match own {
+        Some(own) => told(record, own, cruise_s, sigma),
+        None => asked(record, cruise_s, sigma),
+    };
+    let before = conversions.len();
+    while let Some(astray) = astray(&conversions) {
+        let mut place = 0;
+        conversions.retain(|_| {
+            place += 1;
+            !astray.contains(&(place - 1))
+        });
+    }
+    left_out.astray = before - conversions.len();
+    (conversions, left_out)
+}
+
+/// Those of a meter with a clock of its own.
+fn told(
+    record: &SweepRecord,
+    own: &ByOwnClock,
+    [from_s, to_s]: [f64; 2],
+    sigma: impl Fn(usize, f64) -> f64,
+) -> (Vec<Conversion>, LeftOut) {
+    let cruises = |at_s: f64| (from_s..=to_s).contains(&at_s);
+    let lost = record.light.iter().filter(|sample| sample.illuminance_lx.is_none());
+    let told = own
+        .conversions
+        .iter()
+        .filter(|told| cruises(told.from_s) && cruises(told.to_s));
+    let conversions = told.map(|told| Conversion {
+        place: told.place,
+        from_s: told.from_s,
+        to_s: told.to_s,
+        value: told.illuminance_lx,
+        sigma: sigma(told.place, told.illuminance_lx),
+    });
+    let left_out = LeftOut {
+        without_number: lost.filter(|sample| cruises(sample.asked_s)).count(),
+        unclear: own.unclear,
+        ..LeftOut::default()
+    };
+    (conversions.collect(), left_out)
+}
+
+/// Those that their requests began.
+fn asked(
     record: &SweepRecord,
     [from_s, to_s]: [f64; 2],
     sigma: impl Fn(usize, f64) -> f64,
@@ -67,7 +124,7 @@ pub fn relied_on(
     let mut conversions = Vec::with_capacity(record.light.len());
     let (mut out_of_step, mut before_s) = (false, f64::NEG_INFINITY);
     for (place, sample) in record.light.iter().enumerate() {
-        let cruises = (from_s..=to_s).contains(&sample.asked_s);
+        let cruises = (from_s..=to_s - record.of.integration_s).contains(&sample.asked_s);
         let Some(value) = sample.illuminance_lx else {
             // The line is proved before the next request.
             out_of_step = false;
@@ -84,20 +141,12 @@ pub fn relied_on(
         }
         conversions.push(Conversion {
             place,
-            asked_s: sample.asked_s,
+            from_s: sample.asked_s,
+            to_s: sample.asked_s + record.of.integration_s,
             value,
             sigma: sigma(place, value),
         });
     }
-    let before = conversions.len();
-    while let Some(astray) = astray(&conversions) {
-        let mut place = 0;
-        conversions.retain(|_| {
-            place += 1;
-            !astray.contains(&(place - 1))
-        });
-    }
-    left_out.astray = before - conversions.len();
     (conversions, left_out)
 }
 
@@ -161,7 +210,7 @@ fn misfit(conversions: &[Conversion], at: usize, but: &[usize]) -> Misfit {
     for (k, node) in nodes.iter().enumerate() {
         let others = nodes.iter().enumerate().filter(|(other, _)| *other != k);
         let weight: f64 = others
-            .map(|(_, other)| (own.asked_s - other.asked_s) / (node.asked_s - other.asked_s))
+            .map(|(_, other)| (own.from_s - other.from_s) / (node.from_s - other.from_s))
             .product();
         value -= weight * node.value;
         variance += (weight * node.sigma).powi(2);
@@ -198,6 +247,7 @@ mod tests {
             distance_mm: 3000.0,
             range: 4,
             integration_s: 0.1,
+            update_interval_s: None,
             lamp_on_s: None,
             ambient_c: None,
             session: 0,
@@ -224,7 +274,7 @@ mod tests {
     }
 
     fn lost(record: &SweepRecord) -> (Vec<usize>, LeftOut) {
-        let (kept, left_out) = relied_on(record, [f64::NEG_INFINITY, f64::INFINITY], |_, value| {
+        let (kept, left_out) = relied_on(record, None, [f64::NEG_INFINITY, f64::INFINITY], |_, value| {
             (NOISE_REL * value).hypot(1e-3)
         });
         let kept: Vec<usize> = kept.iter().map(|one| one.place).collect();

@@ -1,7 +1,10 @@
 //! Which sweep gives which direction: where one has no light, another one of its half-plane gives it.
 
+use std::rc::Rc;
+
 use isolux_record::{Reading, Role};
 
+use super::curve::Window;
 use super::delay::Shift;
 use super::swept::{Along, Swept};
 
@@ -14,6 +17,58 @@ pub struct Fitted<'a> {
     pub one: &'a Swept<'a>,
     pub shift: Shift,
     pub along: Along,
+    /// What the sweeps of this speed leave open together.
+    smoothing: Rc<Smoothing>,
+}
+
+/// Root mean square over sweeps of one speed of what their smoothing leaves open, by γ: whether a sweep sees a kink of the
+/// light depends on where its conversions happen to lie, and half-planes have their kinks at the same γ.
+struct Smoothing(Vec<(f64, f64)>);
+
+impl Smoothing {
+    fn of(alongs: &[&Along], gamma_deg: &[f64]) -> Self {
+        let at = |gamma: &f64| {
+            let there = alongs.iter().filter(|along| along.nodes.contains(gamma));
+            let squares: Vec<f64> = there.map(|along| along.curve.u_smoothing(*gamma).powi(2)).collect();
+            let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+            (*gamma, mean.sqrt())
+        };
+        Self(gamma_deg.iter().map(at).collect())
+    }
+
+    fn at(&self, gamma_deg: f64) -> f64 {
+        let off = |node: &&(f64, f64)| (node.0 - gamma_deg).abs();
+        self.0
+            .iter()
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+            .map_or(0.0, |node| node.1)
+    }
+}
+
+impl<'a> Fitted<'a> {
+    /// Of the sweeps of a block with the light along them.
+    pub fn all(swept: Vec<(&'a Swept<'a>, Shift, Along)>, gamma_deg: &[f64]) -> Vec<Self> {
+        let mut of_speeds: Vec<(f64, Rc<Smoothing>)> = Vec::new();
+        for (_, shift, _) in &swept {
+            let speed = shift.speed_deg_s;
+            if of_speeds.iter().all(|(known, _)| *known != speed) {
+                let same = swept.iter().filter(|(_, other, _)| other.speed_deg_s == speed);
+                let alongs: Vec<&Along> = same.map(|(_, _, along)| along).collect();
+                of_speeds.push((speed, Rc::new(Smoothing::of(&alongs, gamma_deg))));
+            }
+        }
+        let smoothing = |shift: &Shift| {
+            let own = of_speeds.iter().find(|(speed, _)| *speed == shift.speed_deg_s);
+            own.map_or_else(|| Rc::new(Smoothing(Vec::new())), |(_, smoothing)| Rc::clone(smoothing))
+        };
+        let fitted = swept.into_iter().map(|(one, shift, along)| Self {
+            smoothing: smoothing(&shift),
+            one,
+            shift,
+            along,
+        });
+        fitted.collect()
+    }
 }
 
 impl Fitted<'_> {
@@ -35,13 +90,26 @@ impl Fitted<'_> {
 
     /// Standard uncertainty of the light at γ: by noise, by the displacement, by the smoothing.
     pub fn parts(&self, gamma_deg: f64) -> [f64; 3] {
-        let (one, curve) = (self.one, &self.along.curve);
-        let of_line = one.track.rms_deg / (one.windows.len() as f64).sqrt();
+        let curve = &self.along.curve;
         [
             curve.u_noise(gamma_deg),
-            self.shift.u_deg.hypot(of_line) * curve.slope(gamma_deg).abs(),
-            curve.u_smoothing(gamma_deg),
+            self.shift.u_deg.hypot(self.one.u_place_deg()) * curve.slope(gamma_deg).abs(),
+            curve.u_smoothing(gamma_deg).max(self.smoothing.at(gamma_deg)),
         ]
+    }
+
+    /// One digit of the display where the light at γ is so even that all conversions around are rounded alike, lx; 0 where
+    /// noise or the way of the light spreads them over the digit.
+    pub fn digit_lx(&self, gamma_deg: f64) -> f64 {
+        let from = |window: &&Window| (window.middle_deg() - gamma_deg).abs();
+        let nearest = self.one.windows.iter().min_by(|a, b| from(a).total_cmp(&from(b)));
+        let digit_lx = self.one.digit_lx;
+        let spread_lx = nearest.map_or(0.0, |window| {
+            let noise_lx = (window.sigma.powi(2) - digit_lx * digit_lx / 12.0).max(0.0).sqrt();
+            let change_lx = self.along.curve.slope(gamma_deg) * (window.to_deg - window.from_deg);
+            noise_lx.hypot(change_lx)
+        });
+        if spread_lx < 0.5 * digit_lx { digit_lx } else { 0.0 }
     }
 
     /// Seconds of the run at which it read the light at γ.
@@ -53,8 +121,13 @@ impl Fitted<'_> {
     /// The reading at a direction of the plan.
     pub fn reading(&self, role: Role, (c_deg, gamma_deg): (f64, f64), u_lx: f64) -> Reading {
         let time_s = self.time_s(gamma_deg);
+        let digit_lx = self.digit_lx(gamma_deg);
+        let u_lx = u_lx.hypot(digit_lx / 12.0_f64.sqrt());
         let light = (self.along.curve.at(gamma_deg), u_lx);
-        self.one.reading(role, (c_deg, gamma_deg), time_s, light)
+        Reading {
+            digit_lx: Some(digit_lx),
+            ..self.one.reading(role, (c_deg, gamma_deg), time_s, light)
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 //! there is none.
 
 use isolux_photometry::Ring;
+use isolux_record::own_clock::{ByOwnClock, OwnClock};
 use isolux_record::plan::Way;
 use isolux_record::sweeps::SweepRecord;
 use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role, Station};
@@ -24,8 +25,12 @@ pub struct Swept<'a> {
     pub record: &'a SweepRecord,
     pub track: Track,
     pub windows: Vec<Window>,
+    /// One digit of the display, in the range that was held, lx.
+    pub digit_lx: f64,
     /// Conversions that are not among the windows.
     pub left_out: LeftOut,
+    /// The clock of a meter that has one of its own.
+    pub clock: Option<OwnClock>,
 }
 
 impl<'a> Swept<'a> {
@@ -40,11 +45,12 @@ impl<'a> Swept<'a> {
         };
         let [from_s, to_s] = record.of.way().moving_deg().map(|place| track.time_s(place));
         let cruise_s = [from_s - CRUISE_S, to_s + CRUISE_S];
-        let (conversions, left_out) = guard::relied_on(record, cruise_s, noise);
+        let own = ByOwnClock::of(record);
+        let (conversions, left_out) = guard::relied_on(record, own.as_ref(), cruise_s, noise);
         let largest = conversions.iter().map(|one| one.value).fold(0.0, f64::max);
         let windows = conversions.iter().map(|one| Window {
-            from_deg: track.place_deg(one.asked_s),
-            to_deg: track.place_deg(one.asked_s + record.of.integration_s),
+            from_deg: track.place_deg(one.from_s),
+            to_deg: track.place_deg(one.to_s),
             value: one.value,
             sigma: one.sigma.hypot(NOISE_LEAST * largest),
         });
@@ -52,7 +58,9 @@ impl<'a> Swept<'a> {
             record,
             windows: windows.collect(),
             track,
+            digit_lx: record.light.iter().map(|sample| sample.digit_lx).fold(0.0, f64::max),
             left_out,
+            clock: own.map(|own| own.clock),
         })
     }
 
@@ -67,6 +75,13 @@ impl<'a> Swept<'a> {
         )
     }
 
+    /// How uncertain the line of its positions and the instants of its light leave the place of all of that, degrees.
+    pub fn u_place_deg(&self) -> f64 {
+        let of_line = self.track.rms_deg / (self.windows.len() as f64).sqrt();
+        let of_clock = self.clock.map_or(0.0, |clock| self.track.speed_deg_s * clock.u_s);
+        of_line.hypot(of_clock)
+    }
+
     /// +1 where γ rises, −1 where it falls.
     pub fn sign(&self) -> f64 {
         self.track.speed_deg_s.signum()
@@ -77,7 +92,9 @@ impl<'a> Swept<'a> {
     pub fn along(&self, gamma_deg: &[f64], shift_deg: f64) -> Option<Along> {
         let nodes = self.nodes(gamma_deg);
         let by = self.sign() * shift_deg;
-        let (low, high) = (*nodes.first()?, *nodes.last()?);
+        // Windows reach beyond the ends: without those, the curve would hang free there.
+        let knots = with_ends(&nodes)?;
+        let (low, high) = (*knots.first()?, *knots.last()?);
         let windows: Vec<Window> = self
             .windows
             .iter()
@@ -89,7 +106,7 @@ impl<'a> Swept<'a> {
             .filter(|window| window.from_deg.min(window.to_deg) >= low && window.from_deg.max(window.to_deg) <= high)
             .collect();
         Some(Along {
-            curve: Curve::through(&nodes, &windows)?,
+            curve: Curve::through(&knots, &windows)?,
             ways: Ways::of(&windows),
             nodes,
         })
@@ -138,6 +155,17 @@ impl<'a> Swept<'a> {
             electrical: Electrical::default(),
         }
     }
+}
+
+/// `nodes` with one more step at each end; none where they are too few.
+fn with_ends(nodes: &[f64]) -> Option<Vec<f64>> {
+    let [first, second, .., before, last] = nodes else {
+        return None;
+    };
+    let mut knots = vec![2.0 * first - second];
+    knots.extend(nodes);
+    knots.push(2.0 * last - before);
+    Some(knots)
 }
 
 /// The light along a sweep.

@@ -8,14 +8,14 @@
 use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
-use isolux_device::{Axis, DeviceError, LuxOutcome, LuxRange, LuxSample};
+use isolux_device::{Axis, Conversions, DeviceError, LuxOutcome, LuxRange, LuxSample};
 use isolux_photometry::Ring;
 use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, sleep_until};
 
 use super::session::Session;
-use crate::conversions::conversions;
+use crate::conversions::{conversions, middles_s};
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::sweeps;
@@ -25,6 +25,13 @@ const BETWEEN_POSITIONS: Duration = Duration::from_millis(15);
 
 /// Over and above the integration, how long one conversion may take with everything that is done to prove the line.
 const SAMPLE_WITHIN: Duration = Duration::from_secs(3);
+
+/// Between two requests to a meter that converts by a clock of its own, in shares of its interval: from this on, and up to
+/// so much more. Requests that kept step with its clock would not tell its phase, and each that is lost costs a second.
+const BETWEEN_REQUESTS: [f64; 2] = [0.1, 0.4];
+
+/// The golden ratio: shares of it, times whole numbers, lie evenly and never in step.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Failures in a row after which the meter is taken for lost.
 const MOST_FAILURES: u32 = 5;
@@ -78,6 +85,9 @@ impl Session<'_> {
             .set_range(LuxRange::Fixed(range))
             .await
             .map_err(ScanError::device("luxmeter"))?;
+        if meter.properties().converts == Conversions::ByOwnClock {
+            self.range_in_use().await;
+        }
         let caught = Caught::default();
         let motion = self.axes.start_sweep(&way, end, pass.speed_deg_s).await?;
         let outcome = {
@@ -116,6 +126,8 @@ impl Session<'_> {
             distance_mm: self.distance_mm,
             range: i32::from(range),
             integration_s: meter.properties().integration.as_secs_f64(),
+            update_interval_s: (meter.properties().converts == Conversions::ByOwnClock)
+                .then_some(meter.properties().update_interval.as_secs_f64()),
             lamp_on_s: self.lamp_on_s,
             ambient_c,
             session: 0,
@@ -154,6 +166,18 @@ impl Session<'_> {
         }
     }
 
+    /// Waits until a meter that converts all the time tells a value of the range that was chosen: until then it repeats
+    /// one of the range before. What it says instead shows in the sweep.
+    async fn range_in_use(&self) {
+        let meter = self.devices.meter.as_ref();
+        for _ in 0..MOST_FAILURES {
+            let deadline = Instant::now() + meter.properties().integration + SAMPLE_WITHIN;
+            if meter.sample(deadline).await.is_ok() {
+                return;
+            }
+        }
+    }
+
     /// Asks for positions until the move has ended. What cannot be read is left out: the driver that follows the move
     /// judges whether the axis is lost.
     async fn positions(&self, moving: &dyn Axis, caught: &Caught) {
@@ -169,7 +193,11 @@ impl Session<'_> {
     /// Reads light until the move has ended.
     async fn light(&self, caught: &Caught) {
         let meter = self.devices.meter.as_ref();
-        let mut failures = 0;
+        let own_interval = match meter.properties().converts {
+            Conversions::ByOwnClock => meter.properties().update_interval,
+            Conversions::OnRequest | Conversions::Unknown => Duration::ZERO,
+        };
+        let (mut failures, mut answers) = (0, 0_u32);
         while !caught.ended.get() && failures < MOST_FAILURES {
             let requested = Instant::now();
             let deadline = requested + meter.properties().integration + SAMPLE_WITHIN;
@@ -184,6 +212,10 @@ impl Session<'_> {
                         answered: sample.answered,
                         sample: Ok(sample),
                     });
+                    answers += 1;
+                    let [least, more] = BETWEEN_REQUESTS;
+                    let share = least + more * (f64::from(answers) * GOLDEN).fract();
+                    sleep_until(requested + own_interval.mul_f64(share)).await;
                 }
                 Err(error) => {
                     failures += 1;
@@ -279,14 +311,13 @@ fn missing(record: &SweepRecord, over_range: bool) -> Option<String> {
     {
         return Some("a ring has to have light all round, and a stretch of C has none".to_owned());
     }
-    let whole = record.light.iter().filter(|sample| sample.illuminance_lx.is_some());
-    let requested: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
+    let light_s: Vec<f64> = middles_s(record).into_iter().map(|(middle_s, _)| middle_s).collect();
     let first_and_last = |all: &[LightSample]| Some((all.first()?.asked_s, all.last()?.answered_s));
-    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| requested.len() > 8) else {
-        return Some(format!("{} conversions have a number", requested.len()));
+    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| light_s.len() > 8) else {
+        return Some(format!("{} conversions have a number", light_s.len()));
     };
-    let mut between: Vec<f64> = requested.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    between.push(ended_s - requested.last().copied().unwrap_or(ended_s));
+    let mut between: Vec<f64> = light_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    between.push(ended_s - light_s.last().copied().unwrap_or(ended_s));
     between.sort_by(f64::total_cmp);
     let usual_s = between[between.len() / 2];
     let without_s: f64 = between.iter().filter(|way| **way > GAP * usual_s).sum();

@@ -6,7 +6,7 @@
 use isolux_darkroom::{Instrument, meter};
 use isolux_transport::{LineSettings, Parity};
 
-use crate::twin::{Answer, Twin, TwinKind};
+use crate::twin::{Answer, InMotion, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.
@@ -20,7 +20,9 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("luxmeter", "?head=0")],
-    sweeps: None,
+    sweeps: Some(InMotion::ByOwnClock {
+        update_interval_ms: 500,
+    }),
     calibration: None,
     start: |_| Box::new(T10A::new()),
 };
@@ -85,7 +87,7 @@ impl T10A {
     fn reading(&mut self, hold: u8, world: &World, now_s: f64) -> Vec<u8> {
         let period = period_s(world);
         let conversion = self.held.unwrap_or_else(|| last_conversion(world, now_s));
-        let from_s = conversion as f64 * period;
+        let from_s = conversion as f64 * period + world.room().document().luxmeter.clock_phase_s;
         let light = world.meter_lx(from_s, from_s + period);
         let room = world.room();
         let ambient_c = world.temperature_c(from_s);
@@ -121,7 +123,8 @@ fn period_s(world: &World) -> f64 {
 
 /// Number of the last conversion that is complete at `now_s`.
 fn last_conversion(world: &World, now_s: f64) -> u64 {
-    ((now_s / period_s(world)).floor() - 1.0).max(0.0) as u64
+    let since_s = now_s - world.room().document().luxmeter.clock_phase_s;
+    ((since_s / period_s(world)).floor() - 1.0).max(0.0) as u64
 }
 
 /// Sign, four digits, exponent e: digits × 10^(e − 4) lx.

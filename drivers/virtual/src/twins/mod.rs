@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use isolux_darkroom::Instrument;
 
-pub use crate::twin::TwinKind;
+pub use crate::twin::{InMotion, TwinKind};
 
 mod luxmeter;
 mod mavo;

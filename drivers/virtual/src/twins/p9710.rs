@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicI32, AtomicU8, Ordering};
 use isolux_darkroom::Instrument;
 use isolux_transport::{LineSettings, Parity};
 
-use crate::twin::{Answer, Twin, TwinKind};
+use crate::twin::{Answer, InMotion, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.
@@ -23,7 +23,10 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("luxmeter", "?a_per_lx=3e-10")],
-    sweeps: Some("&integration_ms=100"),
+    sweeps: Some(InMotion::OnRequest {
+        open: "&integration_ms=100",
+        integration_ms: 100,
+    }),
     calibration: None,
     start: |_| Box::new(Optometer::new()),
 };

@@ -14,7 +14,7 @@ use isolux_darkroom::noise::{Noise, Stream};
 use isolux_transport::{LineSettings, Parity};
 
 use self::drive::{ACCEL_DATA, Drive, Outcome, SPEED_DATA, home, move_to, set, stop};
-use crate::twin::{Answer, Twin, TwinKind};
+use crate::twin::{Answer, InMotion, Twin, TwinKind};
 use crate::world::{AxisName, Switches, World};
 
 /// In the table of twins.
@@ -36,7 +36,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("rail", "?axis=3"),
         ("ambient", "?ai=1&c_at_0v=-50&c_at_10v=100"),
     ],
-    sweeps: Some(""),
+    sweeps: Some(InMotion::Moves),
     calibration: None,
     start: |world| Box::new(Controller::new(world)),
 };
