@@ -66,15 +66,14 @@ impl Worth {
                 row[2] += usize::from(only);
             }
         }
-        if let Some(place) = &answer.place {
+        // What a test finds is a place of its own: a pattern counts where no test finds anything.
+        if let (Some(place), true) = (&answer.place, answer.tests.is_empty()) {
             let pattern: String = place.chars().filter(|letter| !letter.is_ascii_digit()).collect();
             let row = self.finders.entry(format!("pattern {pattern}")).or_default();
             if clean {
-                row[3] += usize::from(answer.tests.is_empty());
+                row[3] += 1;
             } else {
-                row[0] += 1;
-                row[1] += 1;
-                row[2] += usize::from(answer.tests.is_empty());
+                (row[0], row[1], row[2]) = (row[0] + 1, row[1] + 1, row[2] + 1);
             }
         }
     }
