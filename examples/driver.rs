@@ -13,7 +13,8 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_device::{
-    DeviceError, Identity, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, LuxSample, OpenError, Target,
+    Conversions, DeviceError, Identity, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, LuxSample,
+    OpenError, Target,
 };
 use isolux_protocol_ascii::{Judgement, Language, Line, Lines, Number, line};
 use isolux_transport::{Bus, BusError, LineSettings, MemoryLinks, Parity, Ports};
@@ -77,7 +78,7 @@ impl Meter {
                 range_full_scale: Vec::new(),
                 update_interval: Duration::from_millis(200),
                 integration: Duration::from_millis(200),
-                on_request: true,
+                converts: Conversions::OnRequest,
             },
         })
     }
