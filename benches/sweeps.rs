@@ -7,8 +7,9 @@
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
 //! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target`
 //! u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the half-planes and γ
-//! that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the P-9710; `--cases` a line a scan; `--only` lamps with NAME in
-//! theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses is named and left out.
+//! that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the P-9710; `--cases` a
+//! line a scan; `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses
+//! is named and left out.
 //!
 //! | column | what |
 //! |---|---|
@@ -482,7 +483,8 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
     }
     for how in [How::InMotion, How::AtRest] {
         println!(
-            "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | U/% | refused |",
+            "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | U/% \
+             | refused |",
             how.word()
         );
         println!("|{}", "---|".repeat(10));

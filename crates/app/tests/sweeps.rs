@@ -438,8 +438,8 @@ fn with_one_answer_in_a_hundred(kind: &str) {
     assert!((9..=21).contains(&sweeps), "{kind}: {sweeps}");
 }
 
-/// A scan with the lux meter that `driver` speaks to, in motion as `how` says, of whose answers a share is `kind` from the
-/// lamp's warm-up on: no direction is wrong by more than `most` of the peak. The number of sweeps.
+/// A scan with the lux meter that `driver` speaks to, in motion as `how` says, of whose answers a share is `kind` from
+/// the lamp's warm-up on: no direction is wrong by more than `most` of the peak. The number of sweeps.
 fn with_some_answers(driver: &str, how: &str, (kind, share): (&str, f64), most: f64) -> usize {
     // Longer than is waited for.
     let delay_s = match (kind, driver) {
@@ -448,8 +448,8 @@ fn with_some_answers(driver: &str, how: &str, (kind, share): (&str, f64), most: 
         _ => 0.35,
     };
     let fault = format!(
-        "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"{kind}\"\nat_s = 1900.0\nfor_s = 9000.0\nprobability = {share}\n\
-         delay_s = {delay_s}\n"
+        "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"{kind}\"\nat_s = 1900.0\nfor_s = 9000.0\n\
+         probability = {share}\ndelay_s = {delay_s}\n"
     );
     let document = room(&format!("{fault}[injected_effects]\n"));
     let (_keep, path) = folder();

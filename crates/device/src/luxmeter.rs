@@ -67,10 +67,10 @@ pub struct LuxMeterProperties {
 pub enum Conversions {
     /// A request begins a conversion of its own, so that the instant of its light is known.
     OnRequest,
-    /// All the time, by a clock of its own; a request gets the last conversion at once, and the same one again until the
-    /// next is complete. Its instants follow from many answers.
+    /// All the time, by a clock of its own; a request gets the last conversion at once, and the same one again until
+    /// the next is complete. Its instants follow from many answers.
     ByOwnClock,
-    /// All the time; which of them an answer tells is not known.
+    /// All the time; which of them an answer gives is not known.
     Unknown,
 }
 

@@ -20,6 +20,7 @@ pub mod on_axis;
 pub mod overlap;
 pub mod own_readings;
 pub mod pattern;
+pub mod read_out;
 pub mod reference;
 pub mod rounding;
 pub mod scan;

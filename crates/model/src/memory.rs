@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 
 use crate::lobe::Lobe;
-use crate::prepared::SeenLight;
 
 /// γ, lean of the axis, distance, height.
 pub(crate) type RowKey = [u64; 4];
@@ -38,6 +37,19 @@ impl FloorLight {
     }
 }
 
+/// Light of one node at one point, from the luminaire as its file gives it: no effects, nothing refitted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct NodeLight {
+    pub c_deg: f64,
+    pub gamma_deg: f64,
+    pub length_mm: f64,
+    /// 0 where the node is behind the plane.
+    pub bare_lx: f64,
+}
+
+/// Light of every node at every point of a plane, as a prepared model asks for it.
+pub(crate) type SeenLight = Vec<NodeLight>;
+
 /// What is kept beside a luminaire, shared by its copies.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Memory {
@@ -59,8 +71,8 @@ impl Memory {
         self.floor_rows.get_or(key, |kept| kept.len() >= 4_000, compute)
     }
 
-    /// The light of the emitter's nodes at the places of a sensor, 32 bytes each: those of a hundred maps of 24 × 24 bins
-    /// are kept.
+    /// The light of the emitter's nodes at the places of a sensor, 32 bytes each: those of a hundred maps of 24 × 24
+    /// bins are kept.
     pub fn seen_or(&self, key: Vec<u64>, compute: impl FnOnce() -> SeenLight) -> Arc<SeenLight> {
         let held = |kept: &BTreeMap<_, Arc<SeenLight>>| kept.values().map(|seen| seen.len()).sum::<usize>();
         self.seen

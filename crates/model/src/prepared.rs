@@ -9,6 +9,7 @@ use crate::effects::{Act, DirectionFactor, Ray, Values};
 use crate::emitter::{Emitter, Node};
 use crate::lobe::Lobe;
 use crate::luminaire::Luminaire;
+use crate::memory::{NodeLight, SeenLight};
 use crate::model::Model;
 use crate::sector::Sectors;
 
@@ -17,19 +18,6 @@ use crate::sector::Sectors;
 const POINT_LIKE: f64 = 5e-6;
 
 type PathLaw = fn(&Values, f64) -> f64;
-
-/// Light of one node at one point, from the luminaire as its file gives it: no effects, nothing refitted.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct NodeLight {
-    c_deg: f64,
-    gamma_deg: f64,
-    length_mm: f64,
-    /// 0 where the node is behind the plane.
-    bare_lx: f64,
-}
-
-/// Light of every node at every point of a plane, as [`PreparedModel::seen`] gives it.
-pub(crate) type SeenLight = Vec<NodeLight>;
 
 /// A model made ready to be asked for illuminance many times.
 pub(crate) struct PreparedModel<'m> {

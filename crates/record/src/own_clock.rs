@@ -1,4 +1,4 @@
-//! A sweep that was read by a meter with a clock of its own: which conversion each answer tells, and when it ended.
+//! A sweep that was read by a meter with a clock of its own: which conversion each answer gives, and when it ended.
 //!
 //! Such a meter answers at once with its last conversion, and with the same one again until the next is complete. Where
 //! two answers in a row differ, a conversion ended between their requests. The clock whose ends lie between all these
@@ -32,16 +32,16 @@ pub struct OwnClock {
     pub u_s: f64,
 }
 
-/// A conversion and what was told of it.
+/// A conversion of the meter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Told {
-    /// Place in the sweep's light of the first answer that tells it.
+pub struct Conversion {
+    /// Place in the sweep's light of the first answer that gives it.
     pub place: usize,
     /// Its light is that from here on, in seconds of the run.
     pub from_s: f64,
     /// And to here.
     pub to_s: f64,
-    /// What it said, lx.
+    /// Its value, lx.
     pub illuminance_lx: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct ByOwnClock {
     /// The clock.
     pub clock: OwnClock,
     /// Conversions in the order of time.
-    pub conversions: Vec<Told>,
+    pub conversions: Vec<Conversion>,
     /// Periods of the clock whose answers differ: the clock has slipped, or answers are those to other requests.
     pub unclear: usize,
 }
@@ -63,12 +63,12 @@ impl ByOwnClock {
         let light: Vec<(usize, &LightSample)> = alone_left_out(&sweep.light).collect();
         let clock = OwnClock::of(&light, nominal_s);
         let margin_s = clock.margin_s(nominal_s);
-        let (mut conversions, mut unclear) = (Vec::<Told>::new(), 0);
+        let (mut conversions, mut unclear) = (Vec::<Conversion>::new(), 0);
         // Number of a period, its conversion, and whether its answers are one.
-        let mut last: Option<(f64, Told, bool)> = None;
+        let mut last: Option<(f64, Conversion, bool)> = None;
         let integration_s = sweep.of.integration_s * clock.period_s / nominal_s;
-        let mut keep = |last: Option<(f64, Told, bool)>| match last {
-            Some((_, told, true)) => conversions.push(told),
+        let mut keep = |last: Option<(f64, Conversion, bool)>| match last {
+            Some((_, conversion, true)) => conversions.push(conversion),
             Some(_) => unclear += 1,
             None => {}
         };
@@ -82,18 +82,18 @@ impl ByOwnClock {
                 continue;
             }
             match &mut last {
-                Some((number, told, is_one)) if *number == periods.floor() => {
-                    *is_one &= told.illuminance_lx == illuminance_lx;
+                Some((number, conversion, is_one)) if *number == periods.floor() => {
+                    *is_one &= conversion.illuminance_lx == illuminance_lx;
                 }
                 _ => {
                     let to_s = clock.end_s + periods.floor() * clock.period_s;
-                    let told = Told {
+                    let conversion = Conversion {
                         place,
                         from_s: to_s - integration_s,
                         to_s,
                         illuminance_lx,
                     };
-                    keep(last.replace((periods.floor(), told, true)));
+                    keep(last.replace((periods.floor(), conversion, true)));
                 }
             }
         }
@@ -235,7 +235,7 @@ impl OwnClock {
         })
     }
 
-    /// Answers nearer than this to an end may tell either conversion.
+    /// Answers nearer than this to an end may give either conversion.
     fn margin_s(&self, nominal_s: f64) -> f64 {
         let is_known = self.u_s < 0.1 * nominal_s;
         if is_known {

@@ -59,8 +59,8 @@ pub struct SweepOf {
     pub range: i32,
     /// Light of so long is in each conversion, s.
     pub integration_s: f64,
-    /// A new conversion about so often by a clock of the meter's own, s, of which an answer tells the last one; none where
-    /// each begins with its request.
+    /// A new conversion about so often by a clock of the meter's own, s, of which an answer gives the last one; none
+    /// where each begins with its request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub update_interval_s: Option<f64>,
     /// Seconds of the run at which the lamp was switched on.

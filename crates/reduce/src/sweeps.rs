@@ -321,7 +321,8 @@ fn note(block: &Block, swept: &[Swept<'_>], fast: &Shift, delay: Option<Delay>, 
     format!(
         "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s: its light is displaced against the positions by \
          {:.3} ± {:.3}° (k = 2), {separated}; u of a direction, in root mean squares of the largest light: noise {noise:.3} %, \
-         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at rest{clock}{left_out}",
+         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at \
+         rest{clock}{left_out}",
         block.name,
         fast.speed_deg_s,
         fast.shift_deg,
@@ -337,8 +338,8 @@ fn own_clock(swept: &[Swept<'_>]) -> String {
         return String::new();
     };
     format!(
-        "; by its answers the meter converted every {:.2} ms on its own, the instant known to {:.1} ms (k = 2) or better \
-         in each sweep",
+        "; by its answers the meter converted every {:.2} ms on its own, the instant known to {:.1} ms (k = 2) \
+         or better in each sweep",
         1e3 * mean,
         2e3 * worst
     )
@@ -355,8 +356,8 @@ fn left_out(swept: &[Swept<'_>]) -> String {
     }
     let all: usize = swept.iter().map(|one| one.record.light.len()).sum();
     format!(
-        "; {} of {all} answers are left out: {} without a number (lost, late, or more bytes than were asked for), {} that \
-         answer an earlier request, {} that do not fit their neighbours (as with a wrong digit){}",
+        "; {} of {all} answers are left out: {} without a number (lost, late, or more bytes than were asked \
+         for), {} that answer an earlier request, {} that do not fit their neighbours (as with a wrong digit){}",
         sum.without_number + sum.early + sum.astray,
         sum.without_number,
         sum.early,

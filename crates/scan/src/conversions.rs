@@ -6,9 +6,9 @@ use isolux_record::sweeps::SweepRecord;
 /// When the light of each conversion with a number was, and that number: the middle in seconds of the run, lx.
 pub(crate) fn middles_s(sweep: &SweepRecord) -> Vec<(f64, f64)> {
     if let Some(own) = ByOwnClock::of(sweep) {
-        let told = own.conversions.iter();
-        return told
-            .map(|told| (0.5 * (told.from_s + told.to_s), told.illuminance_lx))
+        let conversions = own.conversions.iter();
+        return conversions
+            .map(|one| (0.5 * (one.from_s + one.to_s), one.illuminance_lx))
             .collect();
     }
     let middle_s = |asked_s: f64| asked_s + 0.5 * sweep.of.integration_s;

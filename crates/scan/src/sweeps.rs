@@ -22,8 +22,8 @@ const FILLED: f64 = 0.7;
 /// Directions of a block of sweeps that are read at rest afterwards.
 pub(crate) const AT_REST: usize = 10;
 
-/// The speed of a sweep over γ of this finest step at which a meter that converts on request, with this integration time,
-/// still follows, °/s.
+/// The speed of a sweep over γ of this finest step at which a meter that converts on request, with this integration
+/// time, still follows, °/s.
 pub fn most_deg_s(step_deg: f64, integration_s: f64) -> f64 {
     step_deg / (PER_STEP * (integration_s + EXCHANGE_S))
 }
@@ -67,7 +67,8 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
                     "mode",
                     format!(
                         "{model} does not say when it converts: sweeps need a meter that converts on request (driver \
-                         gigahertz-p9710) or whose clock its answers tell (konica-t10a); leave `mode` out of block `{}`",
+                         gigahertz-p9710) or whose clock its answers show (konica-t10a); leave `mode` out of \
+                         block `{}`",
                         block.name
                     ),
                 );
@@ -91,8 +92,8 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
             return fault(
                 "speed_deg_s|mode",
                 format!(
-                    "{model} gives a value every {every_s:.2} s, at {speed} °/s one in {:.1}°, and the grid has {step_deg}°: {:.1} °/s would \
-                     do{}",
+                    "{model} gives a value every {every_s:.2} s, at {speed} °/s one in {:.1}°, and the grid has {step_deg}°: \
+                     {:.1} °/s would do{}",
                     speed * every_s,
                     (10.0 * most).floor() / 10.0,
                     if properties.converts == Conversions::OnRequest {

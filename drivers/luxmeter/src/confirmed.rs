@@ -112,7 +112,8 @@ impl State {
         if soonest.is_some_and(|soonest| reading.ended < requested + soonest) {
             // Every answer after it would be that to the request before, so the line is put in step again.
             let failure = Failure::malformed(
-                "it came before its light could be integrated or its bytes be on the line: it answers an earlier request",
+                "it came before its light could be integrated or its bytes be on the line: it answers an \
+                 earlier request",
             );
             return Err(meter.link.failure("read", failure, reading.evidence));
         }

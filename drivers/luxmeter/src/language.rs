@@ -59,8 +59,8 @@ pub(crate) trait Language: Send + Sync + Sized + 'static {
     /// How it converts and answers.
     fn timing(&self) -> Timing;
 
-    /// The least time from the moment at which a request is sent to the end of its answer, where it is known: what comes
-    /// sooner answers an earlier request. A meter without one is not read in motion.
+    /// The least time from the moment at which a request is sent to the end of its answer, where it is known: what
+    /// comes sooner answers an earlier request. A meter without one is not read in motion.
     fn soonest(&self) -> Option<Duration> {
         let timing = self.timing();
         (timing.converts == Converts::OnRequest).then_some(timing.integration)

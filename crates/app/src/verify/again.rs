@@ -11,7 +11,7 @@ use isolux_report::day::{DayResults, document};
 use serde::Deserialize;
 
 use super::ledger;
-use super::results::Provenance;
+use super::provenance::Provenance;
 use crate::Failure;
 use crate::day::{self, report, requested};
 use crate::files::{self, Overwrite};

@@ -1,6 +1,7 @@
 //! A file as it lies there beside the same file as it is computed again.
 
 use camino::Utf8Path;
+use isolux_report::svg::escape;
 
 /// Numbers that were computed twice from the same bytes may differ by the last digits of another machine's functions.
 const ALIKE_REL: f64 = 1e-9;
@@ -19,7 +20,7 @@ pub(super) enum Outcome {
     Differs { line: Option<u64>, what: String },
 }
 
-/// Where the run lies now; and where it lay when its results were made, once a file tells. Some sentences of results
+/// Where the run lies now; and where it lay when its results were made, once a file says it. Some sentences of results
 /// name the folder.
 #[derive(Debug)]
 pub(super) struct Place {
@@ -33,13 +34,7 @@ const FOLDER: char = '\u{1}';
 
 impl Place {
     pub fn of(run: &Utf8Path) -> Self {
-        let html = run
-            .as_str()
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('>', "&gt;")
-            .replace('"', "&quot;")
-            .replace('\'', "&#39;");
+        let html = escape(run.as_str());
         let json = serde_json::to_string(run.as_str()).unwrap_or_default();
         let mut now = vec![run.to_string(), html, json.trim_matches('"').to_owned()];
         now.retain(|form| !form.is_empty());
@@ -47,7 +42,7 @@ impl Place {
         Self { now, then: None }
     }
 
-    /// The folder's name when the results were made, where a file tells.
+    /// The folder's name when the results were made, where a file says it.
     pub fn then(&self) -> Option<&str> {
         self.then.as_deref()
     }
@@ -189,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn last_digits_of_another_machine_are_told_from_a_changed_one() {
+    fn last_digits_of_another_machine_differ_from_a_changed_one() {
         assert_eq!(at("E 1.00000000001e-3, 2.5", "E 1.00000000002e-3, 2.5"), Outcome::Alike);
         for (then, now) in [
             ("1.0000001", "1.0000002"),

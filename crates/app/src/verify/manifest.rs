@@ -3,8 +3,7 @@
 use camino::Utf8Path;
 use isolux_record::disk::sha256;
 
-use super::ledger::{Ledger, is_list, names};
-use super::signature;
+use super::ledger::{Ledger, SIGNATURE, is_list, names};
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::run::record::{self, SUMS};
@@ -80,7 +79,7 @@ pub(super) fn check(run: &Utf8Path, signed: bool, ledger: &mut Ledger) -> Result
             .push(format!("not in SHA256SUMS, and so not signed: {}", later.join(", ")));
     }
     if !signed {
-        let why = if run.join(signature::FILE).is_file() {
+        let why = if run.join(SIGNATURE).is_file() {
             "its signature was not checked"
         } else {
             "nothing signs it"

@@ -9,16 +9,17 @@ mod compare;
 mod ledger;
 mod manifest;
 mod outside;
+mod provenance;
 mod record;
 mod results;
 mod signature;
+mod verification;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::{RunError, RunHeader, RunLock};
 
-use self::ledger::Ledger;
-pub use self::ledger::{Difference, FileVerdict, State, Verification};
-pub use self::signature::Signed;
+use self::ledger::{Ledger, SIGNATURE};
+pub use self::verification::{Difference, FileVerdict, Signed, State, Verification};
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::Progress;
@@ -98,7 +99,7 @@ pub fn sign(
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<(Verification, Utf8PathBuf), Failure> {
-    let target = request.run.join(signature::FILE);
+    let target = request.run.join(SIGNATURE);
     files::refuse_existing(&target, overwrite)?;
     let key = signature::secret_key(key, password)?;
     // What an earlier signature lists is of an earlier state of the run; it stays until this one takes its place.

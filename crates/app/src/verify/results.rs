@@ -5,38 +5,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use camino::Utf8Path;
 use isolux_record::Run;
 use isolux_record::disk::sha256;
-use serde::Deserialize;
 
 use super::again::{self, Again};
 use super::compare::{Outcome, Place, compare, first_difference};
 use super::ledger::Ledger;
+use super::provenance::{FILES, Provenance};
 use crate::front_end::progress::Progress;
 use crate::instruments::bench::PROGRAM;
 use crate::{Failure, files};
-
-/// Names of the file in a folder of results that says what was made there: of a whole scan, and of a part of one.
-const PROVENANCE: [&str; 2] = ["provenance.json", "provenance.partial.json"];
-
-/// What provenance.json says of the files beside it.
-#[derive(Debug, Deserialize)]
-pub(super) struct Provenance {
-    pub program: String,
-    pub run: OfRun,
-    results_sha256: BTreeMap<String, String>,
-}
-
-/// What it was made of.
-#[derive(Debug, Deserialize)]
-pub(super) struct OfRun {
-    pub sha256: BTreeMap<String, String>,
-}
 
 /// The folders of results in a run, by name.
 pub(super) fn folders(ledger: &Ledger) -> BTreeSet<String> {
     ledger
         .names()
         .filter_map(|name| name.rsplit_once('/'))
-        .filter(|(_, file)| PROVENANCE.contains(file))
+        .filter(|(_, file)| FILES.contains(file))
         .map(|(folder, _)| folder.to_owned())
         .collect()
 }
@@ -58,10 +41,7 @@ pub(super) fn check(
         .names()
         .filter_map(|name| name.strip_prefix(&format!("{folder}/")).map(str::to_owned))
         .collect();
-    let file = PROVENANCE
-        .into_iter()
-        .find(|name| names.contains(*name))
-        .unwrap_or(PROVENANCE[0]);
+    let file = FILES.into_iter().find(|name| names.contains(*name)).unwrap_or(FILES[0]);
     let provenance: Option<Provenance> = match files::read_json(&results.join(file)) {
         Ok(provenance) => Some(provenance),
         Err(failure) => {

@@ -10,33 +10,18 @@ use camino::Utf8Path;
 use isolux_record::document::read_text;
 use jiff::Timestamp;
 use minisign::{PublicKey, SecretKey, SecretKeyBox, SignatureBox};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-use super::ledger::{Ledger, Verification};
+use super::ledger::{Ledger, SIGNATURE};
+use super::verification::{Signed, Verification};
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::run::record::SUMS;
-
-/// Name of the signature in the run directory.
-pub(super) const FILE: &str = "SHA256SUMS.minisig";
 
 /// Bytes of a secret key that name the function which makes a key of a password: `Sc`, or two zeros without one.
 const PASSWORD: Range<usize> = 2..4;
 
 /// Bytes of a secret key with its own checksum.
 const CHECKSUM: Range<usize> = 126..158;
-
-/// A signature as it was found.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Signed {
-    /// Number of the key, in hexadecimal digits.
-    pub key: String,
-    /// Its trusted comment, which is signed too; read from the file, and proved by the signature alone.
-    pub comment: String,
-    /// Whether it is of this list and by the public key that was given; false where none was given.
-    pub by_this_key: bool,
-}
 
 /// The public key in `file`.
 ///
@@ -113,10 +98,10 @@ pub(super) fn check(
     public_key: Option<&PublicKey>,
     ledger: &mut Ledger,
 ) -> Result<Option<Signed>, Failure> {
-    let (file, list) = (run.join(FILE), run.join(SUMS));
+    let (file, list) = (run.join(SIGNATURE), run.join(SUMS));
     if !file.is_file() {
         if public_key.is_some() {
-            ledger.differs(FILE, None, "is missing: the run is not signed");
+            ledger.differs(SIGNATURE, None, "is missing: the run is not signed");
         }
         return Ok(None);
     }
@@ -124,7 +109,7 @@ pub(super) fn check(
     let signature = match parsed(&text) {
         Ok(signature) => signature,
         Err(what) => {
-            ledger.differs(FILE, None, format!("is no signature of minisign: {what}"));
+            ledger.differs(SIGNATURE, None, format!("is no signature of minisign: {what}"));
             return Ok(None);
         }
     };
@@ -134,7 +119,7 @@ pub(super) fn check(
         by_this_key: false,
     };
     let Some(public_key) = public_key else {
-        ledger.unchecked(FILE, "no public key was given: --public-key KEY.pub");
+        ledger.unchecked(SIGNATURE, "no public key was given: --public-key KEY.pub");
         return Ok(Some(signed));
     };
     let list = if list.is_file() {
@@ -148,12 +133,12 @@ pub(super) fn check(
             let because = format!("the signature of the key {}", signed.key);
             ledger.agrees(SUMS, because.clone());
             ledger.agrees(
-                FILE,
+                SIGNATURE,
                 format!("{because}; its first line is a comment that no signature covers"),
             );
         }
         Err(error) => ledger.differs(
-            FILE,
+            SIGNATURE,
             None,
             format!(
                 "is not the signature of this SHA256SUMS by the key {}: {error}",

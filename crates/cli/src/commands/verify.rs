@@ -14,8 +14,9 @@ use crate::screen;
     after_help = "Examples:\n  isolux verify run\n  isolux verify run --sign --key lab.key\n  \
 isolux verify run --public-key lab.pub\n\
 Every file is compared with its checksum and every result with what is computed again from the record. A file \
-for which nothing speaks is listed as not checked; a signature covers all of them. Keys and signatures are those of minisign: \
-`minisign -G -s lab.key -p lab.pub` makes them, `minisign -V -m run/SHA256SUMS -p lab.pub` checks.\n\
+for which nothing speaks is listed as not checked; a signature covers all of them. \
+Keys and signatures are those of minisign: `minisign -G -s lab.key -p lab.pub` makes them, \
+`minisign -V -m run/SHA256SUMS -p lab.pub` checks.\n\
 Exit 1 when a file differs, or the signature is not of this run or not by that key; nothing is signed then."
 )]
 pub struct Verify {

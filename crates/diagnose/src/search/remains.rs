@@ -3,8 +3,9 @@
 use crate::basis::Basis;
 use crate::fit::{Fit, derivatives};
 use crate::forward::{Forward, Hypothesis};
-use crate::known::{Moved, ReadOut};
+use crate::known::Moved;
 use crate::noise::{self, NoiseTest, Residuals};
+use crate::read_out::ReadOut;
 use crate::whitener::Whitener;
 
 use super::candidates::all_but;

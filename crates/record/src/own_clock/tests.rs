@@ -44,7 +44,7 @@ fn bell(at_s: f64) -> f64 {
 
 /// By how much the ends of its conversions are wrong, s.
 fn errors_s(own: &ByOwnClock, slip_s: f64) -> Vec<f64> {
-    let error = |told: &Told| told.to_s + TAKEN_S - ended_s(told.to_s + TAKEN_S + 0.25, slip_s);
+    let error = |conversion: &Conversion| conversion.to_s + TAKEN_S - ended_s(conversion.to_s + TAKEN_S + 0.25, slip_s);
     own.conversions.iter().map(error).collect()
 }
 
@@ -59,9 +59,9 @@ fn the_clock_is_found_to_what_its_uncertainty_says() {
         let worst = errors.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
         assert!(worst < 2.5 * u_s, "{every_s}: {worst} of {u_s}");
         assert!(errors.len() > 110 && own.unclear == 0, "{every_s}: {}", errors.len());
-        for told in &own.conversions {
-            assert!((told.illuminance_lx - bell(told.to_s + TAKEN_S)).abs() < 0.51 * DIGIT_LX + 0.1);
-            assert!((told.to_s - told.from_s - period_s).abs() < 1e-9);
+        for conversion in &own.conversions {
+            assert!((conversion.illuminance_lx - bell(conversion.to_s + TAKEN_S)).abs() < 0.51 * DIGIT_LX + 0.1);
+            assert!((conversion.to_s - conversion.from_s - period_s).abs() < 1e-9);
         }
     }
 }
@@ -86,11 +86,11 @@ fn a_clock_that_slips_gives_no_conversion_of_another_moment() {
         // A small slip is taken for another period, as long as no end lies farther from its requests than this.
         let allowed_s = 0.06;
         // Where the light changes from one conversion to the next; far out one is as good as the other.
-        for (told, error_s) in own.conversions.iter().zip(errors_s(&own, slip_s)) {
-            let change = (bell(told.to_s) - bell(told.to_s + PERIOD_S)).abs();
+        for (conversion, error_s) in own.conversions.iter().zip(errors_s(&own, slip_s)) {
+            let change = (bell(conversion.to_s) - bell(conversion.to_s + PERIOD_S)).abs();
             assert!(
                 change < 2.0 * DIGIT_LX || error_s.abs() < allowed_s,
-                "{slip_s}: {told:?} {error_s}"
+                "{slip_s}: {conversion:?} {error_s}"
             );
         }
     }
@@ -103,14 +103,24 @@ fn one_answer_with_a_wrong_digit_is_no_conversion() {
         record.light[place].illuminance_lx = Some(99.9);
     }
     let own = ByOwnClock::of(&record).unwrap();
-    assert!(own.conversions.iter().all(|told| told.illuminance_lx != 99.9));
+    assert!(
+        own.conversions
+            .iter()
+            .all(|conversion| conversion.illuminance_lx != 99.9)
+    );
     assert!(own.conversions.len() > 100, "{}", own.conversions.len());
 }
 
 #[test]
-fn light_that_does_not_change_tells_no_phase() {
+fn light_that_does_not_change_shows_no_phase() {
     let own = ByOwnClock::of(&answers(requests(0.064), 0.0, |_| 42.0)).unwrap();
     assert_eq!(own.clock.u_s, 0.5 / 12.0_f64.sqrt());
-    assert!(own.conversions.len() > 115 && own.conversions.iter().all(|told| told.illuminance_lx == 42.0));
+    assert!(
+        own.conversions.len() > 115
+            && own
+                .conversions
+                .iter()
+                .all(|conversion| conversion.illuminance_lx == 42.0)
+    );
     assert_eq!(ByOwnClock::of(&sweep(0)), None, "it converts on request");
 }

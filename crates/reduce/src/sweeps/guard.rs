@@ -71,8 +71,8 @@ pub fn relied_on(
     sigma: impl Fn(usize, f64) -> f64,
 ) -> (Vec<Conversion>, LeftOut) {
     let (mut conversions, mut left_out) = match own {
-        Some(own) => told(record, own, cruise_s, sigma),
-        None => asked(record, cruise_s, sigma),
+        Some(own) => by_own_clock(record, own, cruise_s, sigma),
+        None => on_request(record, cruise_s, sigma),
     };
     let before = conversions.len();
     while let Some(astray) = astray(&conversions) {
@@ -87,7 +87,7 @@ pub fn relied_on(
 }
 
 /// Those of a meter with a clock of its own.
-fn told(
+fn by_own_clock(
     record: &SweepRecord,
     own: &ByOwnClock,
     [from_s, to_s]: [f64; 2],
@@ -95,16 +95,16 @@ fn told(
 ) -> (Vec<Conversion>, LeftOut) {
     let cruises = |at_s: f64| (from_s..=to_s).contains(&at_s);
     let lost = record.light.iter().filter(|sample| sample.illuminance_lx.is_none());
-    let told = own
+    let whole = own
         .conversions
         .iter()
-        .filter(|told| cruises(told.from_s) && cruises(told.to_s));
-    let conversions = told.map(|told| Conversion {
-        place: told.place,
-        from_s: told.from_s,
-        to_s: told.to_s,
-        value: told.illuminance_lx,
-        sigma: sigma(told.place, told.illuminance_lx),
+        .filter(|one| cruises(one.from_s) && cruises(one.to_s));
+    let conversions = whole.map(|one| Conversion {
+        place: one.place,
+        from_s: one.from_s,
+        to_s: one.to_s,
+        value: one.illuminance_lx,
+        sigma: sigma(one.place, one.illuminance_lx),
     });
     let left_out = LeftOut {
         without_number: lost.filter(|sample| cruises(sample.asked_s)).count(),
@@ -115,7 +115,7 @@ fn told(
 }
 
 /// Those that their requests began.
-fn asked(
+fn on_request(
     record: &SweepRecord,
     [from_s, to_s]: [f64; 2],
     sigma: impl Fn(usize, f64) -> f64,

@@ -21,8 +21,8 @@ pub struct Fitted<'a> {
     smoothing: Rc<Smoothing>,
 }
 
-/// Root mean square over sweeps of one speed of what their smoothing leaves open, by γ: whether a sweep sees a kink of the
-/// light depends on where its conversions happen to lie, and half-planes have their kinks at the same γ.
+/// Root mean square over sweeps of one speed of what their smoothing leaves open, by γ: whether a sweep sees a kink of
+/// the light depends on where its conversions happen to lie, and half-planes have their kinks at the same γ.
 struct Smoothing(Vec<(f64, f64)>);
 
 impl Smoothing {
@@ -98,8 +98,8 @@ impl Fitted<'_> {
         ]
     }
 
-    /// One digit of the display where the light at γ is so even that all conversions around are rounded alike, lx; 0 where
-    /// noise or the way of the light spreads them over the digit.
+    /// One digit of the display where the light at γ is so even that all conversions around are rounded alike, lx; 0
+    /// where noise or the way of the light spreads them over the digit.
     pub fn digit_lx(&self, gamma_deg: f64) -> f64 {
         let from = |window: &&Window| (window.middle_deg() - gamma_deg).abs();
         let nearest = self.one.windows.iter().min_by(|a, b| from(a).total_cmp(&from(b)));

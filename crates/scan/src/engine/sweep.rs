@@ -26,8 +26,9 @@ const BETWEEN_POSITIONS: Duration = Duration::from_millis(15);
 /// Over and above the integration, how long one conversion may take with everything that is done to prove the line.
 const SAMPLE_WITHIN: Duration = Duration::from_secs(3);
 
-/// Between two requests to a meter that converts by a clock of its own, in shares of its interval: from this on, and up to
-/// so much more. Requests that kept step with its clock would not tell its phase, and each that is lost costs a second.
+/// Between two requests to a meter that converts by a clock of its own, in shares of its interval: from this on, and up
+/// to so much more. Requests that kept step with its clock would not show its phase, and each that is lost costs a
+/// second.
 const BETWEEN_REQUESTS: [f64; 2] = [0.1, 0.4];
 
 /// The golden ratio: shares of it, times whole numbers, lie evenly and never in step.
