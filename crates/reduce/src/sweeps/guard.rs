@@ -223,6 +223,7 @@ fn misfit(conversions: &[Conversion], at: usize, but: &[usize]) -> Misfit {
 
 #[cfg(test)]
 mod tests {
+    use isolux_record::own_clock::OwnClock;
     use isolux_record::sweeps::{LightSample, SweepOf};
 
     use super::*;
@@ -357,6 +358,56 @@ mod tests {
         let mut record = sweep(batwing);
         record.light[90].answered_s = record.light[91].answered_s - 0.05;
         assert_eq!(lost_from(&record), Some(91));
+    }
+
+    /// The conversions of `sweep(light)` as those of a meter with a clock of its own, one each 0.5 s at 3 °/s.
+    fn by_own_clock(light: impl Fn(f64) -> f64) -> ByOwnClock {
+        let record = sweep(light);
+        let conversion = |(place, sample): (usize, &LightSample)| isolux_record::own_clock::Conversion {
+            place,
+            from_s: 0.5 * place as f64,
+            to_s: 0.5 * (place + 1) as f64,
+            illuminance_lx: sample.illuminance_lx.unwrap(),
+        };
+        ByOwnClock {
+            clock: OwnClock {
+                period_s: 0.5,
+                end_s: 0.0,
+                u_s: 0.001,
+            },
+            conversions: record.light.iter().enumerate().map(conversion).collect(),
+            unclear: 0,
+        }
+    }
+
+    #[test]
+    fn a_conversion_given_twice_is_left_out_where_the_light_changes() {
+        let record = sweep(batwing);
+        let left_out = |own: &ByOwnClock| {
+            let sigma = |_: usize, value: f64| (NOISE_REL * value).hypot(1e-3);
+            let (kept, left_out) = relied_on(&record, Some(own), [f64::NEG_INFINITY, f64::INFINITY], sigma);
+            let kept: Vec<usize> = kept.iter().map(|one| one.place).collect();
+            let lost: Vec<usize> = (0..190).filter(|at| !kept.contains(at)).collect();
+            assert_eq!(lost.len(), left_out.astray);
+            lost
+        };
+        let whole = by_own_clock(batwing);
+        assert_eq!(left_out(&whole), [0; 0]);
+        for at in 3..187 {
+            let mut own = whole.clone();
+            let (before, here) = (
+                own.conversions[at - 1].illuminance_lx,
+                own.conversions[at].illuminance_lx,
+            );
+            own.conversions[at].illuminance_lx = before;
+            let change = (here - before).abs() / (NOISE_REL * here).hypot(1e-3);
+            let lost = left_out(&own);
+            // Where it changes little, the one given twice is as good.
+            assert!(
+                lost == [at] || lost.is_empty() && change < 25.0,
+                "{at}: {lost:?} {change}"
+            );
+        }
     }
 
     fn lost_from(record: &SweepRecord) -> Option<usize> {
