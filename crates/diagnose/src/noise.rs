@@ -37,7 +37,7 @@ use patches::Patches;
 use phases::Phases;
 use repeats::Repeats;
 pub use residuals::Residuals;
-use scatter::{Blocks, Neighbours, Trends};
+use scatter::{Blocks, Trends};
 use series::Series;
 use spectrum::Spectrum;
 use statistic::Test;
@@ -106,7 +106,6 @@ fn one_source(residuals: &Residuals<'_>, series: &Series<'_>, most: usize, seed:
         tests.extend(Phases::new(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Patches::circles(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Moments::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-        tests.extend(Neighbours::new(series, residuals.rho).map(|test| Box::new(test) as Box<dyn Test>));
     }
     let peaks = spectra
         .iter()

@@ -68,8 +68,6 @@ pub enum Kind {
     Blocks,
     /// The scatter grows along a coordinate.
     Trend,
-    /// Neighbours in time are correlated.
-    Correlation,
     /// More scatter than stated.
     Scatter,
     /// More scatter than repeats of a pose show.

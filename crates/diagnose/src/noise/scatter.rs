@@ -1,4 +1,4 @@
-//! Whether all readings scatter alike: from block to block, along a coordinate, and from one to the next.
+//! Whether all readings scatter alike: from block to block, and along a coordinate.
 
 use super::finding::{Finding, Kind, Strongest, digits};
 use super::groups::{Group, groups};
@@ -196,50 +196,5 @@ impl Test for Trends {
         );
         let numbers = [series.index[0], series.index[series.len() - 1]];
         Finding::new(Kind::Trend, Coordinate::Noise, numbers, strongest, note)
-    }
-}
-
-/// Neighbours in time that agree more than the correlation that counts as noise lets them.
-pub(super) struct Neighbours {
-    follows: Vec<bool>,
-    rho: f64,
-}
-
-impl Neighbours {
-    /// `rho` is the correlation that was taken for noise already.
-    pub(super) fn new(series: &Series<'_>, rho: f64) -> Option<Self> {
-        let follows = series.follows.clone();
-        (follows.iter().filter(|follows| **follows).count() >= 20).then_some(Self { follows, rho })
-    }
-
-    fn correlation(&self, values: &[f64]) -> (f64, f64) {
-        let (mut sum, mut pairs) = (0.0, 0.0);
-        for k in 1..values.len() {
-            if self.follows[k] {
-                sum += values[k] * values[k - 1];
-                pairs += 1.0;
-            }
-        }
-        (sum / f64::max(pairs, 1.0), pairs)
-    }
-}
-
-impl Test for Neighbours {
-    fn strongest(&self, values: &[f64]) -> Strongest {
-        let (correlation, pairs) = self.correlation(values);
-        let mut best = Strongest::default();
-        best.raise(0.5 * correlation.max(0.0).powi(2) * pairs, 0);
-        best
-    }
-
-    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let (more, _) = self.correlation(&series.held);
-        let note = format!(
-            "neighbouring readings are correlated by {} beyond the {} that counts as noise",
-            digits(more),
-            digits(self.rho)
-        );
-        let range = [series.index[0], series.index[series.len() - 1]];
-        Finding::new(Kind::Correlation, Coordinate::Noise, range, strongest, note)
     }
 }
