@@ -1,7 +1,8 @@
 //! Days that are killed (SIGKILL) at any moment of any phase, once or several times, and resumed to their end: they
 //! give what the undisturbed day of the same room gives.
 //!
-//! A few are a test. The campaign is for a person, of as many days as `ISOLUX_KILLS` says (200):
+//! A few are a test. The campaigns, of days at rest and of days in motion, are for a person, each of as many days as
+//! `ISOLUX_KILLS` says (200):
 //!
 //! ```text
 //! ISOLUX_KILLS=200 cargo test --release -p isolux --test kills -- --ignored --nocapture
@@ -14,6 +15,7 @@ mod day;
 #[path = "../folder/mod.rs"]
 mod folder;
 mod phase;
+mod sweeps;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -35,11 +37,11 @@ struct Kills {
 }
 
 impl Kills {
-    fn of(seed: u64) -> Self {
+    fn of(seed: u64, bench: &Bench) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         Self {
             seed,
-            first: Phase::ALL[seed as usize % Phase::ALL.len()],
+            first: bench.phases[seed as usize % bench.phases.len()],
             // Every third day more than once.
             count: if random.random_range(0..3) == 0 {
                 random.random_range(2..=MOST_KILLS)
@@ -57,13 +59,13 @@ impl Kills {
         let mut killed = Vec::new();
         let mut phase = self.first;
         for _ in 0..self.count {
-            if !bench.run_and_kill(self.seed, phase, &mut random) {
+            let Some(one) = bench.run_and_kill(self.seed, phase, &mut random) else {
                 break;
-            }
-            killed.push(phase);
-            phase = Phase::ALL[random.random_range(0..Phase::ALL.len())];
+            };
+            killed.push(one);
+            phase = bench.phases[random.random_range(0..bench.phases.len())];
         }
-        let outcome = bench.finish(self.seed, &killed);
+        let outcome = bench.finish(self.seed, killed);
         for (other, (name, value, expanded)) in outcome.numbers.values.iter().zip(bench.undisturbed.values) {
             assert!(
                 (other.1 - value).abs() <= expanded,
@@ -71,6 +73,19 @@ impl Kills {
                 other.1
             );
         }
+        outcome
+    }
+
+    /// The same of a day in motion, with the intensities of its directions: 95 % of them are within U.
+    fn day_in_motion(self, bench: &Bench) -> Outcome {
+        let outcome = self.day(bench);
+        let differences = outcome.numbers.differences(&bench.undisturbed);
+        let outside = differences.iter().filter(|share| **share > 1.0).count();
+        let largest = differences.iter().copied().fold(0.0, f64::max);
+        let count = differences.len();
+        let said = format!("{outcome}; {outside} of {count} directions beyond U, at most {largest:.2} U");
+        println!("{said}");
+        assert!(outside * 20 <= count, "{said}");
         outcome
     }
 }
@@ -95,6 +110,12 @@ fn each<T: Send>(count: u64, work: impl Fn(u64) -> T + Sync) -> Vec<T> {
     made.into_inner().unwrap()
 }
 
+/// Days of a campaign.
+fn requested() -> u64 {
+    let requested = std::env::var("ISOLUX_KILLS").ok();
+    requested.map_or(200, |count| count.parse().expect("ISOLUX_KILLS is a number"))
+}
+
 fn share(consistent: &[bool]) -> String {
     let yes = consistent.iter().filter(|yes| **yes).count();
     format!("{yes} of {} consistent", consistent.len())
@@ -104,8 +125,8 @@ fn share(consistent: &[bool]) -> String {
 #[test]
 fn a_killed_day_gives_what_the_undisturbed_day_gives() {
     let bench = Bench::coarse(1);
-    let consistent = each(Phase::ALL.len() as u64, |seed| {
-        let outcome = Kills::of(seed).day(&bench);
+    let consistent = each(bench.phases.len() as u64, |seed| {
+        let outcome = Kills::of(seed, &bench).day(&bench);
         println!("{outcome}");
         outcome.numbers.consistent
     });
@@ -114,15 +135,24 @@ fn a_killed_day_gives_what_the_undisturbed_day_gives() {
     assert!(disagree <= 2, "{}", share(&consistent));
 }
 
+/// In motion, at all half-planes of a plan and at those that are chosen.
+#[test]
+fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
+    let benches = [false, true].map(|chosen| Bench::in_motion(1, chosen));
+    each(3, |seed| {
+        let bench = &benches[seed as usize % 2];
+        Kills::of(seed, bench).day_in_motion(bench);
+    });
+}
+
 /// Each killed day has a room of its own, or one room would decide the share.
 #[test]
 #[ignore = "hours: a campaign for a person"]
 fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
-    let requested = std::env::var("ISOLUX_KILLS").ok();
-    let count: u64 = requested.map_or(200, |count| count.parse().expect("ISOLUX_KILLS is a number"));
+    let count = requested();
     let killed = each(count, |seed| {
         let bench = Bench::whole(1 + seed);
-        let outcome = Kills::of(seed).day(&bench);
+        let outcome = Kills::of(seed, &bench).day(&bench);
         println!("{outcome}, undisturbed {}", bench.undisturbed.consistent);
         (outcome.numbers.consistent, bench.undisturbed.consistent)
     });
@@ -131,4 +161,21 @@ fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
     println!("killed days: {}", share(&killed));
     println!("undisturbed days of the same rooms: {}", share(&same));
     println!("undisturbed days of other rooms: {}", share(&others));
+}
+
+/// The same in motion, every other day at half-planes that are chosen.
+#[test]
+#[ignore = "minutes: a campaign for a person"]
+fn as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give() {
+    let killed = each(requested(), |seed| {
+        let bench = Bench::in_motion(1 + seed, seed % 2 == 1);
+        let outcome = Kills::of(seed, &bench).day_in_motion(&bench);
+        (outcome.killed.len(), outcome.repeated)
+    });
+    let kills: usize = killed.iter().map(|day| day.0).sum();
+    let repeated: usize = killed.iter().map(|day| day.1).sum();
+    println!(
+        "{} days in motion, {kills} kills, {repeated} whole sweeps made again",
+        killed.len()
+    );
 }
