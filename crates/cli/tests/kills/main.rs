@@ -14,13 +14,16 @@
 mod day;
 #[path = "../folder/mod.rs"]
 mod folder;
+mod live;
 mod phase;
 mod sweeps;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use day::{Bench, Outcome};
+use live::Live;
 use phase::Phase;
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -92,9 +95,14 @@ impl Kills {
 
 /// What `work` makes of each number below `count`, two at a time.
 fn each<T: Send>(count: u64, work: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    each_of(2, count, work)
+}
+
+/// What `work` makes of each number below `count`, so many `at_once`.
+fn each_of<T: Send>(at_once: usize, count: u64, work: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let (next, made) = (AtomicU64::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
-        for _ in 0..2 {
+        for _ in 0..at_once {
             scope.spawn(|| {
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
@@ -143,6 +151,31 @@ fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
         let bench = &benches[seed as usize % 2];
         Kills::of(seed, bench).day_in_motion(bench);
     });
+}
+
+/// A scan of a bench of its own, killed at a moment of so many seconds from the beginning of its sweeps on: its axes come
+/// to rest inside their limits. Whether one moved then.
+fn killed_live(seed: u64, seconds: f64) -> bool {
+    let after_s = ChaCha8Rng::seed_from_u64(seed).random_range(0.0..seconds);
+    Live::new().kill_and_follow(Duration::from_secs_f64(after_s))
+}
+
+#[test]
+fn axes_whose_program_is_killed_in_a_sweep_come_to_rest_inside_their_limits() {
+    // The first sweep with the way to its beginning.
+    let moved = each(2, |seed| killed_live(seed, 6.0));
+    assert!(moved.contains(&true), "{moved:?}");
+}
+
+/// In real time, which costs no computer much: many at once.
+#[test]
+#[ignore = "minutes: a campaign for a person"]
+fn axes_come_to_rest_inside_their_limits_at_as_many_kills_as_asked() {
+    let count = requested();
+    // All five sweeps and the first directions at rest.
+    let moved = each_of(16, count, |seed| killed_live(seed, 60.0));
+    let moved = moved.iter().filter(|moved| **moved).count();
+    println!("{count} kills, {moved} of them while an axis moved: all axes at rest inside their limits");
 }
 
 /// Each killed day has a room of its own, or one room would decide the share.
