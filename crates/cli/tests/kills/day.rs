@@ -46,8 +46,8 @@ repeats = 20
 distance_mm = 3700.0
 "#;
 
-/// What a day says: flux, CCT and the mean on the sensor with U (k = 2), the intensity of each direction, and whether its
-/// record agrees with its model.
+/// What a day says: flux, CCT and the mean on the sensor with U (k = 2), the intensity of each direction, and whether
+/// its record agrees with its model.
 #[derive(Debug, Clone)]
 pub struct Numbers {
     pub values: [(&'static str, f64, f64); 3],

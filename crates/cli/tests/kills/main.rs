@@ -153,8 +153,8 @@ fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
     });
 }
 
-/// A scan of a bench of its own, killed at a moment of so many seconds from the beginning of its sweeps on: its axes come
-/// to rest inside their limits. Whether one moved then.
+/// A scan of a bench of its own, killed within so many seconds from the beginning of its sweeps on: its axes come to
+/// rest inside their limits. Whether one moved then.
 fn killed_live(seed: u64, seconds: f64) -> bool {
     let after_s = ChaCha8Rng::seed_from_u64(seed).random_range(0.0..seconds);
     Live::new().kill_and_follow(Duration::from_secs_f64(after_s))
