@@ -415,21 +415,31 @@ fn a_torn_sweep_is_kept_as_evidence_and_made_again() {
 
 #[test]
 fn interrupted_in_a_sweep_it_goes_on_at_that_sweep() {
+    // Without reference_every the lamp that burns again is visited at rest, and no burning before it.
+    for how in [IN_MOTION, "mode = \"sweep\"\nspeed_deg_s = 10.0"] {
+        interrupted_in_a_sweep(how);
+    }
+}
+
+fn interrupted_in_a_sweep(how: &str) {
     let document = room("");
     let (_keep, path) = folder();
-    let failure = scanned(&document, &plan(IN_MOTION), Target::New(&path), Some(1960.0)).unwrap_err();
+    let failure = scanned(&document, &plan(how), Target::New(&path), Some(1960.0)).unwrap_err();
     assert_eq!(failure.kind, FailureKind::Interrupted, "{failure}");
     let cut = Run::read(&path).unwrap();
     assert!(cut.header.stopped.as_ref().unwrap().axes_at_rest);
     let before = cut.sweeps.len();
     assert!((1..9).contains(&before), "{before}");
-    scanned(&document, &plan(IN_MOTION), Target::Resume(&path), None).unwrap();
+    scanned(&document, &plan(how), Target::Resume(&path), None).unwrap();
     let run = Run::read(&path).unwrap();
     let points: Vec<u64> = run.sweeps.iter().map(|sweep| sweep.of.point).collect();
     assert_eq!(points, (0..9).collect::<Vec<u64>>(), "every sweep once");
     assert_eq!(run.sweeps[..before], cut.sweeps[..]);
-    let (worst, ..) = judged(&reduced(&path), &Room::new(document));
+    let reduction = reduced(&path);
+    let (worst, ..) = judged(&reduction, &Room::new(document));
     assert!(worst < 0.006, "{worst}");
+    let missing = &reduction.flux.missing;
+    assert!(missing.iter().all(|what| !what.contains("burnings")), "{missing:?}");
 }
 
 /// A scan of which every hundredth answer of the meter is `kind`.

@@ -110,11 +110,12 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         let of_block = block_readings(run, block, &tracked, complete)?;
         notes.push(of_block.note);
         checks.extend(of_block.checks);
-        let visited = run
-            .readings
-            .rows
-            .iter()
-            .any(|row| row.block == block.name && row.role == Role::Reference);
+        // The engine visits the reference point when the lamp was switched on again: that ties no earlier burning.
+        let is_visited = |burning: u32| {
+            let mut rows = run.readings.rows.iter();
+            rows.any(|row| row.block == block.name && row.role == Role::Reference && row.burning == Some(burning))
+        };
+        let visited = tracked.iter().all(|swept| is_visited(swept.record.of.burning));
         let wanted = of_block
             .readings
             .into_iter()

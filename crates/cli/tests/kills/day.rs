@@ -9,16 +9,19 @@ use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
 use crate::folder::{Folder, stated};
-use crate::phase::{Begun, Phase};
+use crate::phase::{Begun, Phase, Progress};
+use crate::sweeps::{Sweep, directions, repeated, sweeps};
 
-/// A coarser plan than that of the day, at its distance.
-const COARSE: &str = r#"format = "isolux-plan/1"
-[[block]]
-name = "distribution"
-kind = "lit"
-c_range = [0, 360, 45]
-gamma_range = [0, 180, 5]
-reference_every = 37
+/// Fewer directions than those of the day.
+const AT_REST: &str = "c_range = [0, 360, 45]\ngamma_range = [0, 180, 5]\nreference_every = 37";
+/// Six sweeps, and the three more of the first half-plane.
+const IN_MOTION: &str = "c_range = [0, 150, 30]\ngamma_range = [-180, 180, 4]\nmode = \"sweep\"";
+/// Half-planes that rings and sweeps choose.
+const CHOSEN: &str =
+    "c_range = [0, 175, 5]\ngamma_range = [-180, 180, 4]\nmode = \"sweep\"\ntarget = { u_map_rel = 0.02 }";
+
+/// The rest of a plan that is coarser than that of the day, at its distance.
+const COARSE: &str = r#"
 distance_mm = 3700.0
 [[block]]
 name = "baffled"
@@ -43,26 +46,64 @@ repeats = 20
 distance_mm = 3700.0
 "#;
 
-/// What a day says: flux, CCT and the mean on the sensor with U (k = 2), and whether its record agrees with its model.
+/// What a day says: flux, CCT and the mean on the sensor with U (k = 2), the intensity of each direction, and whether
+/// its record agrees with its model.
 #[derive(Debug, Clone)]
 pub struct Numbers {
     pub values: [(&'static str, f64, f64); 3],
+    pub directions: Vec<(String, f64, f64)>,
     pub consistent: bool,
+}
+
+impl Numbers {
+    /// The shares of U (k = 2) of `other` by which the intensities differ, of each direction.
+    pub fn differences(&self, other: &Self) -> Vec<f64> {
+        let pairs = self.directions.iter().zip(&other.directions);
+        let differences = pairs.map(|(one, other)| {
+            assert_eq!(one.0, other.0, "the directions are the same");
+            (one.1 - other.1).abs() / other.2
+        });
+        assert_eq!(self.directions.len(), other.directions.len());
+        differences.collect()
+    }
+}
+
+/// Where a day was killed, with the sweeps that it had.
+pub struct Killed {
+    phase: Phase,
+    sweeps: Vec<Sweep>,
+}
+
+impl fmt::Debug for Killed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.phase)?;
+        match self.sweeps.len() {
+            0 => Ok(()),
+            made => write!(f, " with {made} sweeps"),
+        }
+    }
 }
 
 /// A day that was killed and resumed.
 pub struct Outcome {
     pub seed: u64,
-    pub killed: Vec<Phase>,
+    pub killed: Vec<Killed>,
+    /// Of sweeps that stood whole when it was killed.
+    pub repeated: usize,
     pub numbers: Numbers,
 }
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seed, killed, numbers } = self;
+        let Self {
+            seed,
+            killed,
+            repeated,
+            numbers,
+        } = self;
         write!(
             f,
-            "seed {seed}, killed in {killed:?}: consistent {}",
+            "seed {seed}, killed in {killed:?}: {repeated} sweeps repeated, consistent {}",
             numbers.consistent
         )?;
         numbers
@@ -75,59 +116,82 @@ impl fmt::Display for Outcome {
 /// The room, its job and its undisturbed day.
 pub struct Bench {
     folder: Folder,
+    pub phases: &'static [Phase],
     pub undisturbed: Numbers,
     files: BTreeSet<String>,
-    rows: usize,
+    whole: Progress,
+    sweeps: Vec<Sweep>,
 }
 
 impl Bench {
     /// A room with a coarse plan.
     pub fn coarse(seed: u64) -> Self {
-        Self::of(seed, Some(COARSE))
+        Self::of(seed, &Phase::AT_REST, Some(AT_REST))
     }
 
     /// A room with the plan of the day.
     pub fn whole(seed: u64) -> Self {
-        Self::of(seed, None)
+        Self::of(seed, &Phase::AT_REST, None)
     }
 
-    fn of(seed: u64, plan: Option<&str>) -> Self {
+    /// A room whose coarse plan is read in motion, at half-planes that are chosen or at all.
+    pub fn in_motion(seed: u64, chosen: bool) -> Self {
+        Self::of(seed, &Phase::IN_MOTION, Some(if chosen { CHOSEN } else { IN_MOTION }))
+    }
+
+    fn of(seed: u64, phases: &'static [Phase], distribution: Option<&str>) -> Self {
         let folder = Folder::in_memory();
-        folder.isolux(&["init", "bench"], 0);
-        if let Some(plan) = plan {
-            folder.write("bench/plan.toml", plan);
+        let moves = phases.contains(&Phase::Sweeps);
+        folder.isolux(
+            if moves {
+                &["init", "bench", "--sweep"]
+            } else {
+                &["init", "bench"]
+            },
+            0,
+        );
+        if let Some(distribution) = distribution {
+            let block = "format = \"isolux-plan/1\"\n[[block]]\nname = \"distribution\"\nkind = \"lit\"";
+            folder.write("bench/plan.toml", &format!("{block}\n{distribution}{COARSE}"));
         }
         let scene = folder.read("bench/scene.toml");
         folder.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
+        let lamp = if moves {
+            "[lamp]\ntable = \"lamp.csv\"\nluminous_diameter_mm = 60.0\n"
+        } else {
+            ""
+        };
+        folder.write("bench/lamp.csv", &lamp_with_a_lobe());
         folder.write(
             "bench/room.toml",
-            &format!("format = \"isolux-darkroom/1\"\nseed = {seed}\n"),
+            &format!("format = \"isolux-darkroom/1\"\nseed = {seed}\n{lamp}"),
         );
         let station = folder.read("bench/station.toml");
         let named = station.replacen("name = ", "darkroom = \"room.toml\"\nname = ", 1);
         folder.write("bench/station.toml", &named);
         folder.isolux(&["run", "bench/job.toml", "--out", "undisturbed"], 0);
-        let rows = folder.read("undisturbed/readings.csv").lines().count();
         let undisturbed = numbers(&folder, "undisturbed");
-        let files = files(&folder.path("undisturbed"));
+        let day = folder.path("undisturbed");
         Self {
             folder,
+            phases,
             undisturbed,
-            files,
-            rows,
+            files: files(&day),
+            whole: Progress::of(&day),
+            sweeps: sweeps(&day),
         }
     }
 
-    /// Begins the day of a seed or takes it up again, and kills it in a phase. False where it came to its end before.
-    pub fn run_and_kill(&self, seed: u64, phase: Phase, random: &mut ChaCha8Rng) -> bool {
+    /// Begins the day of a seed or takes it up again, and kills it in a phase. None where it came to its end before.
+    pub fn run_and_kill(&self, seed: u64, phase: Phase, random: &mut ChaCha8Rng) -> Option<Killed> {
         let (name, day) = self.day(seed);
         let begun = Begun::now(&day);
         let mut child = self.folder.start(&self.arguments(&name));
         let share = random.random_range(0.0..1.0);
-        while !begun.is_in(&day, phase, share, self.rows) {
+        while !begun.is_in(&day, phase, share, &self.whole) {
             if child.try_wait().unwrap().is_some() {
                 stated(child.wait_with_output().unwrap(), Some(0));
-                return false;
+                return None;
             }
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -138,24 +202,38 @@ impl Bench {
         let output = child.wait_with_output().unwrap();
         if output.status.code().is_some() {
             stated(output, Some(0));
-            return false;
+            return None;
         }
-        true
+        let sweeps = sweeps(&day);
+        Some(Killed { phase, sweeps })
     }
 
-    /// Resumes the day of a seed to its end; all files are whole and nothing is left over.
-    pub fn finish(&self, seed: u64, killed: &[Phase]) -> Outcome {
+    /// Resumes the day of a seed to its end; all files are whole and nothing is left over, the axes rest, the same is
+    /// swept as in the undisturbed day, and of the sweeps that stood at a kill at most the last was made again.
+    pub fn finish(&self, seed: u64, killed: Vec<Killed>) -> Outcome {
         let (name, day) = self.day(seed);
         self.folder.isolux(&self.arguments(&name), 0);
         assert_eq!(files(&day), self.files, "{name}, killed in {killed:?}");
         // Compares what was recorded and made with its checksums.
         let report = format!("{name}.html");
         self.folder.isolux(&["report", &name, "--out", &report], 0);
+        let run: String = self.folder.read(&format!("{name}/run.toml"));
+        assert!(run.contains("\naxes_at_rest = true\n"), "{name}, killed in {killed:?}");
+        let now = sweeps(&day);
+        let ways = |sweeps: &[Sweep]| -> Vec<_> { sweeps.iter().map(|sweep| sweep.way.clone()).collect() };
+        assert_eq!(ways(&now), ways(&self.sweeps), "{name}, killed in {killed:?}");
+        let mut again = 0;
+        for one in &killed {
+            let most = one.sweeps.len().saturating_sub(1);
+            assert_eq!(repeated(&one.sweeps[..most], &now), 0, "{name}, killed in {killed:?}");
+            again += repeated(&one.sweeps, &now);
+        }
         let numbers = numbers(&self.folder, &name);
         std::fs::remove_dir_all(&day).unwrap();
         Outcome {
             seed,
-            killed: killed.to_vec(),
+            killed,
+            repeated: again,
             numbers,
         }
     }
@@ -173,11 +251,30 @@ impl Bench {
     }
 }
 
+/// The table of a lamp as bright as the built-in one with a lobe about C 130°: half-planes are chosen there.
+fn lamp_with_a_lobe() -> String {
+    let mut text = "c_deg,gamma_deg,intensity_cd\n".to_owned();
+    for c_deg in (0..360).step_by(10).map(f64::from) {
+        for gamma_deg in (0..73).map(|step| 2.5 * f64::from(step)) {
+            let (sine, cosine) = gamma_deg.to_radians().sin_cos();
+            let off = (c_deg - 130.0 + 180.0_f64).rem_euclid(360.0) - 180.0;
+            let lobe = 0.4 * sine * (-0.5 * (off / 18.0).powi(2)).exp();
+            text += &format!(
+                "{c_deg},{gamma_deg},{}\n",
+                340.0 * cosine.max(0.0).powi(2) * (1.0 + lobe)
+            );
+        }
+    }
+    text
+}
+
 fn numbers(folder: &Folder, day: &str) -> Numbers {
     let [budget, result, diagnosis] =
         ["budget", "result", "diagnosis"].map(|name| folder.json(&format!("{day}/results/{name}.json")));
     let of = |name: &'static str, value: &serde_json::Value, u: &serde_json::Value| {
-        (name, value.as_f64().unwrap(), 2.0 * u.as_f64().unwrap())
+        let numbers = value.as_f64().zip(u.as_f64());
+        let (value, u) = numbers.unwrap_or_else(|| panic!("{day}: {name} is {value}, u {u}"));
+        (name, value, 2.0 * u)
     };
     Numbers {
         values: [
@@ -185,6 +282,7 @@ fn numbers(folder: &Folder, day: &str) -> Numbers {
             of("CCT", &budget["cct"]["value"], &budget["cct"]["u"]),
             of("mean", &result["mean"], &result["u_mean"]),
         ],
+        directions: directions(&folder.read(&format!("{day}/results/luminaire.directions.csv"))),
         consistent: diagnosis["verdict"] == "consistent",
     }
 }

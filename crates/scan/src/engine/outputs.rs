@@ -16,7 +16,6 @@ use crate::dry_run::distance_mm;
 use crate::error::ScanError;
 use crate::itinerary::REFERENCE_DEG;
 use crate::motion::{drive_rail, rail_holds, stop_all};
-use crate::settle::Noise;
 use crate::warmup::{Criterion, StabilityCheck, Stable};
 
 impl Session<'_> {
@@ -197,9 +196,7 @@ impl Session<'_> {
             illuminance_lx,
             noise,
         } = stable;
-        // The scatter under the lit lamp says nothing of that near zero; what the station states does.
-        let absolute_lx = self.engine.station.luxmeter().noise_lx.unwrap_or_default();
-        self.photometer.noise = Noise { absolute_lx, ..noise };
+        self.photometer.noise.relative = noise.relative;
         self.warm = true;
         let factor = self.engine.station.luxmeter().calibration_factor;
         self.references.keep_stable(self.distance_mm, illuminance_lx * factor);

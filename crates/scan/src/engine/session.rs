@@ -71,13 +71,17 @@ impl<'a> Session<'a> {
         clock: RunClock,
         limits: Limits,
     ) -> Self {
+        let mut photometer = Photometer::new(devices.meter.as_ref());
+        // The scatter under the lit lamp says nothing of that near zero; what the station states does. A resumed scan
+        // may end without a warm-up.
+        photometer.noise.absolute_lx = engine.station.luxmeter().noise_lx.unwrap_or_default();
         Self {
             engine,
             devices,
             run,
             clock,
             axes: Axes::new(devices, engine.station),
-            photometer: Photometer::new(devices.meter.as_ref()),
+            photometer,
             limits,
             lamp_on_s: None,
             lamp_is_on: false,
