@@ -320,10 +320,10 @@ fn note(block: &Block, swept: &[Swept<'_>], fast: &Shift, delay: Option<Delay>, 
     );
     let (sweeps, left_out, clock) = (swept.len(), left_out(swept), own_clock(swept));
     format!(
-        "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s: its light is displaced against the positions by \
-         {:.3} ± {:.3}° (k = 2), {separated}; u of a direction, in root mean squares of the largest light: noise {noise:.3} %, \
-         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at \
-         rest{clock}{left_out}",
+        "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s: its light is displaced against the \
+         positions by {:.3} ± {:.3}° (k = 2), {separated}; u of a direction, in root mean squares of the largest \
+         light: noise {noise:.3} %, displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, \
+         none was read at rest{clock}{left_out}",
         block.name,
         fast.speed_deg_s,
         fast.shift_deg,
