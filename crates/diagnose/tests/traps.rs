@@ -334,6 +334,27 @@ fn clean_data_stay_clean() {
     assert!(alarms <= 1, "{alarms} of 24 clean scans raised an alarm");
 }
 
+/// Smooth terms follow most of what a few readings say, and a fit without them leaves it: that is no misfit.
+#[test]
+fn a_few_readings_are_no_misfit() {
+    let mut toy = Toy::new(8, true, true);
+    let mut number = 0;
+    toy.rows.retain(|_| {
+        number += 1;
+        number % 13 == 0
+    });
+    let settings = Settings {
+        nulls: 500,
+        fit_scale: false,
+        ..Settings::default()
+    };
+    let wrong = (0..24)
+        .map(|seed| search(&toy, &toy.measured(&[], 0.0, 300 + seed), &settings).unwrap())
+        .filter(|outcome| outcome.p_global > 0.01 && outcome.unexplained.is_some())
+        .count();
+    assert_eq!(wrong, 0, "of 24 clean scans of {} readings", toy.rows.len());
+}
+
 /// A formula that is a little wrong leaves a remainder at high significance: it is no second effect.
 #[test]
 fn a_rough_formula_makes_no_second_effect() {

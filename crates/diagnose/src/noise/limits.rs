@@ -34,7 +34,7 @@ pub const CLIP: f64 = 6.0;
 /// The same for squares: with 6, the few largest readings of a loud block made every simulated record loud somewhere,
 /// and blocks of 10 σ in all had p = 0.006 and 0.2.
 pub const SQUARE_CLIP: f64 = 3.0;
-/// Fewer readings than this are not tested.
+/// Fewer readings than this are not tested, and tell no correlation.
 pub const FEWEST: usize = 40;
 /// Simulated records, for up to 2,000 rows; fewer for more rows, [`FEWEST_NULLS`] at least. The tail beyond the highest
 /// twentieth is an exponential law, so that few are enough.

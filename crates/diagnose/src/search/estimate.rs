@@ -8,6 +8,7 @@ use crate::calibration::{CORRELATED_U, MOST_CORRELATED};
 use crate::fit::{Fit, fit};
 use crate::forward::{Forward, Hypothesis};
 use crate::known::{Moved, expected_change};
+use crate::noise::limits::FEWEST;
 use crate::read_out::ReadOut;
 use crate::reference::Reference;
 use crate::rounding::Rounding;
@@ -107,8 +108,8 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         let stated = if problem.settings.fit_scale { 0.0 } else { 1.0 / rms };
         let least = stated.max(1.0 / 3.0);
         let weights = heavy_tail_weights(&(&residual / rms), sequence, least);
-        // White noise has a correlation of this size by chance.
-        let (rho, u_rho) = if rho > CORRELATED_U * u_rho {
+        // White noise has a correlation of this size by chance, and a few rows tell none.
+        let (rho, u_rho) = if n >= FEWEST && rho > CORRELATED_U * u_rho {
             (rho, u_rho)
         } else {
             (0.0, 0.0)

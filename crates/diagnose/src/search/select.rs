@@ -1,6 +1,6 @@
 //! Third stage: the named effects, and what stays without a name.
 
-use crate::calibration::{BESIDE_SHARE, MISFIT};
+use crate::calibration::{BESIDE_SHARE, MISFIT, MISFIT_SIGMA};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
@@ -206,8 +206,13 @@ impl<F: Forward + ?Sized> Selected<'_, '_, F> {
             }
         }
         let tested = noise_test.as_ref().is_some_and(NoiseTest::disagrees);
-        let left = names.fit.chi2 / estimate.noise.scale.powi(2) / estimate.freedom;
-        if unexplained.is_none() && !tested && left > MISFIT {
+        // By the rows less what was fitted: what is smooth is in this residual, and of a few dozen rows most of it.
+        let Fit { residual, jacobian, .. } = &names.fit;
+        let freedom = residual.len().saturating_sub(jacobian.ncols()).max(1) as f64;
+        let left = names.fit.chi2 / estimate.noise.scale.powi(2) / freedom;
+        // Of few rows noise leaves more by chance.
+        let most = MISFIT.max(1.0 + MISFIT_SIGMA * (2.0 / freedom).sqrt());
+        if unexplained.is_none() && !tested && left > most {
             unexplained = estimate.strongest_alternative(&names.fit, &names.members);
         }
         Some(Self {
