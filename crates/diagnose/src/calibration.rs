@@ -18,7 +18,7 @@
 // ---- The verdict
 
 /// A whole scan less probable than this under noise alone is a disagreement. The goal of 1.5 % of false alarms leaves
-/// the rest to the test of the noise; measured 3 of 150 (docs/src/validation.md).
+/// the rest to the test of the noise; measured 2 of 150 (docs/src/validation.md).
 pub const SIGNIFICANCE: f64 = 0.01;
 /// Simulated noise-only scans: they know a probability of [`SIGNIFICANCE`] to 22 %. Halved 0, doubled 1.
 pub const NULLS: usize = 2000;
