@@ -34,8 +34,8 @@ pub const SECOND_SHARE: f64 = 0.2;
 pub const CLEARLY: f64 = 100.0;
 /// A fit that leaves more than this many times the variance of noise has not explained its data. By hand.
 pub const MISFIT: f64 = 2.0;
-/// And more than noise leaves by chance: standard deviations of χ² over its degrees of freedom. It counts below 32 of them
-/// alone. By hand.
+/// And more than noise leaves by chance: standard deviations of χ² over its degrees of freedom. It counts below 32 of
+/// them alone. By hand.
 pub const MISFIT_SIGMA: f64 = 4.0;
 /// Probability that the names of a set have together, of all that could make the disagreement.
 pub const SET: f64 = 0.95;
