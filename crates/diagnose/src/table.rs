@@ -185,4 +185,22 @@ impl Row {
             Coordinate::Index | Coordinate::Noise => self.index,
         }
     }
+    /// Whether two readings that follow each other are of one visit of a half-plane: of one block, C and light.
+    pub fn same_visit(&self, other: &Self) -> bool {
+        (self.file, self.group, self.light) == (other.file, other.group, other.light) && self.c_deg == other.c_deg
+    }
+}
+
+/// The numbers of readings in the order in which they were taken, those of each visit of a half-plane together.
+pub fn visits<'a>(readings: impl Iterator<Item = (usize, &'a Row)>) -> Vec<Vec<usize>> {
+    let mut visits: Vec<Vec<usize>> = Vec::new();
+    let mut before: Option<&Row> = None;
+    for (number, row) in readings {
+        match visits.last_mut() {
+            Some(visit) if before.is_some_and(|before| before.same_visit(row)) => visit.push(number),
+            _ => visits.push(vec![number]),
+        }
+        before = Some(row);
+    }
+    visits
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Builder, word};
 use crate::pattern::Acts;
-use crate::table::{Coordinate, ObservationKind, Row};
+use crate::table::{self, Coordinate, ObservationKind, Row};
 
 pub(super) fn time(build: &mut Builder<'_>) {
     let mut times: Vec<f64> = build
@@ -176,20 +176,8 @@ const OF_A_VISIT: usize = 4;
 /// A ramp that starts anew with every visit of a half-plane: a meter or a lamp that creeps while one is read and
 /// recovers before the next.
 pub(super) fn visits(build: &mut Builder<'_>, order: &[usize]) {
-    let mut visits: Vec<Vec<usize>> = Vec::new();
-    for &i in order
-        .iter()
-        .filter(|&&i| build.rows[i].source == ObservationKind::Reading)
-    {
-        let same = |&before: &usize| {
-            let (a, b) = (&build.rows[before], &build.rows[i]);
-            (a.file, a.group, a.light) == (b.file, b.group, b.light) && a.c_deg == b.c_deg
-        };
-        match visits.last_mut() {
-            Some(visit) if visit.last().is_some_and(same) => visit.push(i),
-            _ => visits.push(vec![i]),
-        }
-    }
+    let readings = order.iter().map(|&i| (i, &build.rows[i]));
+    let visits = table::visits(readings.filter(|(_, row)| row.source == ObservationKind::Reading));
     let longest = visits.iter().map(Vec::len).max().unwrap_or(0);
     if longest < OF_A_VISIT || visits.iter().filter(|visit| visit.len() >= OF_A_VISIT).count() < 3 {
         return;

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 use super::limits::{CLIP, PAUSE, ROUNDED};
 use super::residuals::Residuals;
-use crate::table::{Light, ObservationKind, Row};
+use crate::table::{Light, ObservationKind, Row, visits};
 
 /// The ways in which a reading errs, as a note says them: in proportion to the noise, to the light, by as much
 /// wherever it is, and by the angle at which it is taken.
@@ -97,7 +97,7 @@ impl<'a> Series<'a> {
 
     /// Change of the expected light with γ in the readings before and after, for a degree; 0 where γ stays.
     fn steepness(&self, k: usize) -> f64 {
-        let near = |other: usize| self.rows.get(other).is_some_and(|row| alike(row, self.rows[k]));
+        let near = |other: usize| self.rows.get(other).is_some_and(|row| row.same_visit(self.rows[k]));
         let from = if k > 0 && near(k - 1) { k - 1 } else { k };
         let to = if near(k + 1) { k + 1 } else { k };
         let degrees = self.rows[to].gamma_deg - self.rows[from].gamma_deg;
@@ -122,15 +122,7 @@ impl<'a> Series<'a> {
 
     /// Rows that were taken one after the other in one block, half-plane and light.
     pub(super) fn visits(&self) -> Vec<Vec<usize>> {
-        let mut visits: Vec<Vec<usize>> = Vec::new();
-        for i in 0..self.len() {
-            let same = i > 0 && alike(self.rows[i], self.rows[i - 1]);
-            match visits.last_mut() {
-                Some(visit) if same => visit.push(i),
-                _ => visits.push(vec![i]),
-            }
-        }
-        visits
+        visits(self.rows.iter().copied().enumerate())
     }
 
     /// Rows that follow another at once, by how much the light changed between the two, in stated uncertainties; least
@@ -151,11 +143,6 @@ impl<'a> Series<'a> {
         }
         if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
     }
-}
-
-/// Whether two readings are of one block, half-plane and light.
-fn alike(a: &Row, b: &Row) -> bool {
-    (a.file, a.group, a.light) == (b.file, b.group, b.light) && a.c_deg == b.c_deg
 }
 
 /// Standard deviation of values whatever a few of them are.
