@@ -194,9 +194,11 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
     /// A fit by `law`, repeated where an effect reads out the light until what the model knows of itself stays where it
     /// is: a sensor that is full hides how bright the light was that filled it.
     fn fit_with(&self, members: &[Hypothesis], law: &Law<'_, F>) -> Option<Fit> {
-        /// Repetitions at most, and the change in σ of any row below which there is none.
+        /// Repetitions at most; the change in σ of any row below which there is none, and that of χ² (where steps of a
+        /// signal come and go with each repetition, rows never settle).
         const MOST: usize = 12;
         const SETTLED: f64 = 0.1;
+        const SETTLED_CHI2: f64 = 1.0;
         let effects = self.problem.forward.effects();
         let reads_out = members.iter().any(|one| effects[one.effect].one_by_one);
         let mut change = DVector::zeros(0);
@@ -211,6 +213,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         }
         let mut members = members.to_vec();
         let mut repeated = 0;
+        let mut chi2 = f64::INFINITY;
         loop {
             let forward = ReadOut {
                 forward: self.problem.forward,
@@ -222,11 +225,12 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
                 return Some(Fit { change, ..fitted });
             }
             let next = self.change_beside(&forward, &fitted);
-            if (&next - &change).component_div(&self.problem.u).amax() < SETTLED {
+            let settled = (&next - &change).component_div(&self.problem.u).amax() < SETTLED;
+            if settled || (fitted.chi2 - chi2).abs() < SETTLED_CHI2 {
                 return Some(Fit { change, ..fitted });
             }
             members.clone_from(&fitted.hypotheses);
-            change = next;
+            (change, chi2) = (next, fitted.chi2);
         }
     }
 
