@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::limits::{PARTS, SCALE, STEPS};
+use super::limits::{PARTS, SCALE};
 use super::series::Series;
 use crate::table::{Coordinate, Light, ObservationKind};
 
@@ -17,8 +17,6 @@ pub(super) struct Group {
     pub(super) apart: Option<f64>,
 }
 
-/// Readings before which the light changed most.
-const AFTER_A_STEP: &str = "the largest changes of the light";
 /// Groups of fewer rows say little.
 const FEWEST: usize = 6;
 
@@ -114,11 +112,6 @@ impl Grouping<'_, '_> {
             "the first after each change of the range",
             (1..n).filter(switched).collect(),
         );
-        let changes = series.changes();
-        for share in STEPS.into_iter().filter(|_| 2 * changes.len() > n) {
-            let from = changes.len() - changes.len() / share;
-            self.add(Coordinate::Level, AFTER_A_STEP, changes[from..].to_vec());
-        }
         for members in visits {
             self.add(Coordinate::Index, "one visit of a half-plane", members);
         }

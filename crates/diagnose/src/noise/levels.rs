@@ -7,15 +7,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::finding::{Finding, Kind, Strongest};
-use super::limits::{ALIKE, RARE};
+use super::limits::{ALIKE, FEWEST_PARTS, RARE};
 use super::series::{ERRORS, Series};
 use super::statistic::Test;
 use crate::table::{Coordinate, Light};
 
 /// A row that is in no group.
 const NOWHERE: u32 = u32::MAX;
-/// Fewer groups are no partition.
-const FEWEST: usize = 8;
 
 /// One way to divide the readings.
 struct Partition {
@@ -46,7 +44,7 @@ impl Levels {
             })
             .collect();
         let members = groups.iter().filter(|group| **group != NOWHERE).count();
-        if known.len() < FEWEST || members < 2 * known.len() {
+        if known.len() < FEWEST_PARTS || members < 2 * known.len() {
             return;
         }
         let squares: Vec<Vec<f64>> = self
@@ -115,7 +113,7 @@ impl Test for Levels {
         let mut best = Strongest::default();
         for (place, partition) in self.partitions.iter().enumerate() {
             for (error, &count) in partition.counts.iter().enumerate() {
-                if count < FEWEST as f64 {
+                if count < FEWEST_PARTS as f64 {
                     continue;
                 }
                 // The cube root of a χ² is nearly normal (Wilson and Hilferty 1931).

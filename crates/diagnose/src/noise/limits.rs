@@ -59,14 +59,14 @@ pub const PARTS: [usize; 3] = [12, 24, 48];
 pub const PLACES: f64 = 10.0;
 /// Lengths of successive readings whose means are compared.
 pub const MEANS: [usize; 4] = [4, 8, 16, 32];
-/// Readings of nearly the same light whose mean is compared. By hand, as the next three.
+/// Fewer means of readings, pieces of visits, visits with a period or readings of one level are not compared.
+pub const FEWEST_PARTS: usize = 8;
+/// Readings of nearly the same light whose mean is compared.
 pub const ALIKE: usize = 8;
 /// Numbers of pieces of each visit of a half-plane whose means are compared.
 pub const PIECES: [usize; 3] = [1, 2, 3];
 /// Readings in the stretches whose own periods are looked for.
 pub const STRETCHES: [usize; 2] = [32, 64];
-/// One in so many readings, those before which the light changed most, is compared with the others.
-pub const STEPS: [usize; 3] = [16, 8, 4];
 /// Widths (standard deviations) of patches, in degrees on the sphere.
 pub const PATCH_DEG: [f64; 3] = [3.0, 6.0, 12.0];
 /// Half-widths (standard deviations) of great circles, in degrees: a wire as wide as a shadow on a head is.

@@ -1,7 +1,7 @@
 //! Means of readings that belong together and wander more than independent readings let them.
 
 use super::finding::{Finding, Kind, Strongest};
-use super::limits::{MEANS, PIECES};
+use super::limits::{FEWEST_PARTS, MEANS, PIECES};
 use super::series::Series;
 use super::statistic::Test;
 use crate::table::Coordinate;
@@ -20,7 +20,11 @@ impl Means {
 impl Test for Means {
     fn strongest(&self, values: &[f64]) -> Strongest {
         let mut best = Strongest::default();
-        for (place, &length) in MEANS.iter().enumerate().filter(|(_, length)| 8 * **length <= self.rows) {
+        for (place, &length) in MEANS
+            .iter()
+            .enumerate()
+            .filter(|(_, length)| FEWEST_PARTS * **length <= self.rows)
+        {
             let blocks = values.chunks_exact(length);
             let count = blocks.len() as f64;
             let sum: f64 = blocks
@@ -61,7 +65,7 @@ impl Visits {
                     (0..parts).map(move |k| (at(k), at(k + 1)))
                 })
                 .collect();
-            (pieces.len() >= 8).then_some((parts, pieces))
+            (pieces.len() >= FEWEST_PARTS).then_some((parts, pieces))
         };
         let pieces: Vec<_> = PIECES.into_iter().filter_map(split).collect();
         (!pieces.is_empty()).then_some(Self { pieces })

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::finding::{Finding, Kind, Strongest, digits};
-use super::limits::RARE;
+use super::limits::{FEWEST_PARTS, RARE};
 use super::series::{ERRORS, Series};
 use super::statistic::Test;
 use crate::table::Coordinate;
@@ -28,7 +28,7 @@ pub(super) struct Phases {
 }
 
 impl Phases {
-    /// None where fewer than four visits are long enough.
+    /// None where fewer than [`FEWEST_PARTS`] visits are long enough.
     pub(super) fn new(series: &Series<'_>) -> Option<Self> {
         let visits: Vec<(usize, usize)> = series
             .visits()
@@ -49,7 +49,7 @@ impl Phases {
             let at = |k: usize| (std::f64::consts::TAU * frequency * k as f64).sin_cos();
             (0..longest).map(at).map(|(sine, cosine)| (cosine, sine)).collect()
         };
-        (visits.len() >= 4).then(|| Self {
+        (visits.len() >= FEWEST_PARTS).then(|| Self {
             errors: Arc::clone(&series.errors),
             visits,
             waves: frequencies.iter().map(wave).collect(),

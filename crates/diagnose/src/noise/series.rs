@@ -125,15 +125,6 @@ impl<'a> Series<'a> {
         visits(self.rows.iter().copied().enumerate())
     }
 
-    /// Rows that follow another at once, by how much the light changed between the two, in stated uncertainties; least
-    /// first.
-    pub(super) fn changes(&self) -> Vec<usize> {
-        let change = |i: usize| ((self.level[i] - self.level[i - 1]) / self.rows[i].u).abs();
-        let mut rows: Vec<usize> = (1..self.len()).filter(|&i| self.follows[i]).collect();
-        rows.sort_by(|&a, &b| change(a).total_cmp(&change(b)));
-        rows
-    }
-
     /// Standard deviation of the residuals of some rows, in the unit of the search.
     pub(super) fn scatter(&self, members: impl Iterator<Item = usize>) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
