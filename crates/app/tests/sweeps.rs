@@ -13,6 +13,7 @@ use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
+use isolux_photometry::IntensityDistribution;
 use isolux_record::{Event, Plan, Role, Run};
 use isolux_reduce::{Options, ReduceError, Reduction};
 use isolux_virtual::station::{calibration, in_memory, station};
@@ -356,12 +357,12 @@ fn rings_accept_a_round_lamp_and_refuse_one_that_leans_or_has_a_dip() {
     assert!(most_s < 200.0, "{most_s}");
 }
 
-/// A round spot with a width at half height of 15° and dim light all round, the table in steps of 1°.
-fn spot() -> String {
+/// A round spot with a width at half height of 15° and so much dim light all round, the table in steps of 1°.
+fn spot(dim_cd: f64) -> String {
     let mut text = "c_deg,gamma_deg,intensity_cd\n".to_owned();
     for c in [0, 90, 180, 270] {
         for gamma in (0..=180).map(f64::from) {
-            let dim = 20.0 * gamma.to_radians().cos().max(0.0);
+            let dim = dim_cd * gamma.to_radians().cos().max(0.0);
             text += &format!("{c},{gamma},{}\n", 9000.0 * 0.5f64.powf((gamma / 7.5).powi(2)) + dim);
         }
     }
@@ -377,7 +378,7 @@ fn fine(how: &str) -> Plan {
 #[test]
 fn a_spot_that_is_swept_slowly_within_its_beam_is_better_known() {
     let document = room_of(
-        spot(),
+        spot(20.0),
         "[luxmeter]\nlatency_s = 0.06\nlatency_jitter_s = 0.005\nlag_s = 0.02\n\
          [injected_effects]\nbacklash = { width_deg = 0.2 }\n",
     );
@@ -403,30 +404,44 @@ fn a_spot_that_is_swept_slowly_within_its_beam_is_better_known() {
 
 #[test]
 fn dim_light_that_a_range_does_not_show_is_swept_in_another() {
-    let document = room_of(spot(), "[luxmeter]\nclock_phase_s = 0.21\n[injected_effects]\n");
-    let of_lamp = document.lamp.flux_lm * (1.0 + document.luxmeter.gain_error_rel);
+    // 0.44 lx at 3 m, and less; the range of 1000 lx shows 1 lx from 0.5 lx on.
+    let document = room_of(spot(4.0), "[luxmeter]\nclock_phase_s = 0.21\n[injected_effects]\n");
+    let truth = Room::new(document.clone());
     let off = |how: &str| {
         let (_keep, path) = folder();
         scanned_by("konica-t10a", &document, &fine(how), Target::New(&path), None).unwrap();
-        let flux = reduced(&path).flux;
-        let k = 2.0;
         let run = Run::read(&path).unwrap();
-        let over = run
-            .sweeps
-            .iter()
-            .flat_map(|sweep| &sweep.light)
-            .filter(|light| light.illuminance_lx.is_none());
-        assert_eq!(over.count(), 0, "no light is over a range");
-        ((flux.value / of_lamp - 1.0).abs(), k * flux.u.unwrap() / flux.value)
+        let samples = run.sweeps.iter().flat_map(|sweep| &sweep.light);
+        assert_eq!(
+            samples.filter(|sample| sample.illuminance_lx.is_none()).count(),
+            0,
+            "no light is over its range"
+        );
+        let reduction = reduced(&path);
+        // Both by the directions of the grid.
+        let read = &reduction.grid.distribution;
+        let (c_deg, gamma_deg) = (read.c_deg().to_vec(), read.gamma_deg().to_vec());
+        let of_plane = |c: &f64| {
+            gamma_deg
+                .iter()
+                .map(|gamma| truth.intensity_cd(*c, *gamma))
+                .collect::<Vec<_>>()
+        };
+        let light = c_deg.iter().flat_map(of_plane).collect();
+        let light = IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), light).unwrap();
+        let gain = 1.0 + document.luxmeter.gain_error_rel;
+        let flux = &reduction.flux;
+        (
+            (read.flux_lm() / gain / light.flux_lm() - 1.0).abs(),
+            2.0 * flux.u_of_parts / flux.value,
+        )
     };
     let how = "mode = \"sweep\"\nspeed_deg_s = 6.0\nreference_every = 4";
     let (held, u_held) = off(how);
     let (twice, u_twice) = off(&format!("{how}\ndim_digits = 20.0"));
-    assert!(
-        held > 0.02 && twice < 0.011 && twice < u_twice,
-        "{held} ± {u_held}, {twice} ± {u_twice}"
-    );
-    assert!(u_twice < 0.5 * u_held, "{u_held}, {u_twice}");
+    assert!(held > 0.01, "{held} ± {u_held}");
+    assert!(twice < 0.004 && twice < u_twice, "{twice} ± {u_twice}");
+    assert!(u_twice < 0.7 * u_held, "{u_held}, {u_twice}");
 }
 
 /// What the directions say that were read at rest after the sweeps.

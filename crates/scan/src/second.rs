@@ -197,7 +197,7 @@ fn dim(block: &Block, plane: &PlaneLight, bench: &Bench) -> Vec<Part> {
         range: Some(range),
         pair: false,
         reason: format!(
-            "light below {most_lx:.3} lx, {digits} digits of range {}, is swept again in range {range}, up to {top_lx} lx",
+            "light below {most_lx:.3} lx, {digits} digits of range {}, is swept again in range {range}, up to {top_lx:.3} lx",
             plane.range
         ),
     };
