@@ -26,8 +26,15 @@ impl Session<'_> {
     /// # Errors
     /// What a sweep fails with.
     pub(super) async fn sweep_again_in_part(&mut self, block: &Block, visits: &[Visit]) -> Result<(), ScanError> {
-        let mut count = 0;
-        while let Some(Second { pass, reason }) = self.next_second(block) {
+        let (mut count, mut before) = (0, None);
+        while let Some(second) = self.next_second(block) {
+            if before.as_ref() == Some(&second) {
+                // For ever, else.
+                self.note("a second sweep was made otherwise than it was asked for: no further one is made")?;
+                break;
+            }
+            before = Some(second.clone());
+            let Second { pass, reason } = second;
             let Way::HalfPlane { c_deg, gamma_deg } = pass.way else {
                 break;
             };
