@@ -2,10 +2,12 @@
 //! room whose meter has a latency, a lag and a clock of its own → scan → reduction → truth, in virtual time.
 //!
 //!     cargo bench -p isolux-app --bench sweeps -- [FILE or FOLDER …] [--seeds 10] [--at-rest 10] [--speed 15]
-//!         [--target 0.02] [--meter konica-t10a] [--proposed] [--cases] [--only NAME] [--keep FOLDER]
+//!         [--beam 3] [--dim 20] [--target 0.02] [--meter konica-t10a] [--proposed] [--cases] [--only NAME]
+//!         [--keep FOLDER]
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
-//! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--target`
+//! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--beam` the
+//! speed of a second sweep within the beam; `--dim` the digits below which light is swept again more sensitively; `--target`
 //! u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the half-planes and γ
 //! that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the P-9710; `--cases` a
 //! line a scan; `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses
@@ -63,6 +65,8 @@ struct Wanted {
     seeds: u64,
     at_rest: u64,
     speed_deg_s: Option<f64>,
+    beam_deg_s: Option<f64>,
+    dim_digits: Option<f64>,
     target: Option<f64>,
     meter: String,
     proposed: bool,
@@ -149,6 +153,8 @@ fn wanted() -> Outcome<Wanted> {
         seeds: 10,
         at_rest: 10,
         speed_deg_s: None,
+        beam_deg_s: None,
+        dim_digits: None,
         target: None,
         meter: "gigahertz-p9710".to_owned(),
         proposed: false,
@@ -164,6 +170,8 @@ fn wanted() -> Outcome<Wanted> {
             "--seeds" => wanted.seeds = value()?.parse()?,
             "--at-rest" => wanted.at_rest = value()?.parse()?,
             "--speed" => wanted.speed_deg_s = Some(value()?.parse()?),
+            "--beam" => wanted.beam_deg_s = Some(value()?.parse()?),
+            "--dim" => wanted.dim_digits = Some(value()?.parse()?),
             "--target" => wanted.target = Some(value()?.parse()?),
             "--meter" => wanted.meter = value()?,
             "--proposed" => wanted.proposed = true,
@@ -325,6 +333,14 @@ fn planned(text: &str, wanted: &Wanted, how: How, speed_deg_s: f64) -> String {
             ("reference_every", How::AtRest) if block == 1 && !wanted.proposed => "reference_every = 91\n".to_owned(),
             ("speed_deg_s", How::InMotion) if wanted.speed_deg_s.is_some() || !wanted.proposed => {
                 format!("speed_deg_s = {speed_deg_s:?}\n")
+            }
+            ("mode", How::InMotion) if block == 1 => {
+                let set = |key: &str, value: Option<f64>| value.map(|value| format!("{key} = {value:?}\n"));
+                let second = [
+                    set("beam_speed_deg_s", wanted.beam_deg_s),
+                    set("dim_digits", wanted.dim_digits),
+                ];
+                format!("{line}\n") + &second.into_iter().flatten().collect::<String>()
             }
             _ => format!("{line}\n"),
         }

@@ -13,6 +13,7 @@ use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
+use isolux_photometry::IntensityDistribution;
 use isolux_record::{Event, Plan, Role, Run};
 use isolux_reduce::{Options, ReduceError, Reduction};
 use isolux_virtual::station::{calibration, in_memory, station};
@@ -354,6 +355,93 @@ fn rings_accept_a_round_lamp_and_refuse_one_that_leans_or_has_a_dip() {
     }
     println!("{rooms} rooms each: at most {most_s:.0} s from a stable lamp");
     assert!(most_s < 200.0, "{most_s}");
+}
+
+/// A round spot with a width at half height of 15° and so much dim light all round, the table in steps of 1°.
+fn spot(dim_cd: f64) -> String {
+    let mut text = "c_deg,gamma_deg,intensity_cd\n".to_owned();
+    for c in [0, 90, 180, 270] {
+        for gamma in (0..=180).map(f64::from) {
+            let dim = dim_cd * gamma.to_radians().cos().max(0.0);
+            text += &format!("{c},{gamma},{}\n", 9000.0 * 0.5f64.powf((gamma / 7.5).powi(2)) + dim);
+        }
+    }
+    text
+}
+
+/// γ of 2°, in motion as `how` says.
+fn fine(how: &str) -> Plan {
+    let text = toml::to_string(&plan(how)).unwrap();
+    Plan::parse(Utf8Path::new("plan.toml"), &text.replace("180.0, 3.0]", "180.0, 2.0]")).unwrap()
+}
+
+#[test]
+fn a_spot_that_is_swept_slowly_within_its_beam_is_better_known() {
+    let document = room_of(
+        spot(20.0),
+        "[luxmeter]\nlatency_s = 0.06\nlatency_jitter_s = 0.005\nlag_s = 0.02\n\
+         [injected_effects]\nbacklash = { width_deg = 0.2 }\n",
+    );
+    let truth = Room::new(document.clone());
+    let fast = "mode = \"sweep\"\nspeed_deg_s = 12.0\nreference_every = 4";
+    let (_keep, once) = folder();
+    scanned(&document, &fine(fast), Target::New(&once), None).unwrap();
+    let (_keep, twice) = folder();
+    let plan = fine(&format!("{fast}\nbeam_speed_deg_s = 4.0"));
+    scanned(&document, &plan, Target::New(&twice), None).unwrap();
+    let (once, twice_read) = (judged(&reduced(&once), &truth), judged(&reduced(&twice), &truth));
+    assert!(
+        twice_read.0 < 0.005 && twice_read.0 < 0.7 * once.0,
+        "{once:?} {twice_read:?}"
+    );
+    assert!(twice_read.1 < 0.05, "{twice_read:?}");
+    let run = Run::read(&twice).unwrap();
+    let points: Vec<f64> = run.sweeps.iter().map(|sweep| sweep.of.speed_deg_s.round()).collect();
+    assert_eq!(points, [vec![12.0; 7], vec![4.0; 7]].concat());
+    let note = |words: &str| reduced(&twice).notes.iter().any(|note| note.contains(words));
+    assert!(note("7 of them within the beam at 4 °/s") && !note("is not known"));
+}
+
+#[test]
+fn dim_light_that_a_range_does_not_show_is_swept_in_another() {
+    // 0.44 lx at 3 m, and less; the range of 1000 lx shows 1 lx from 0.5 lx on.
+    let document = room_of(spot(4.0), "[luxmeter]\nclock_phase_s = 0.21\n[injected_effects]\n");
+    let truth = Room::new(document.clone());
+    let off = |how: &str| {
+        let (_keep, path) = folder();
+        scanned_by("konica-t10a", &document, &fine(how), Target::New(&path), None).unwrap();
+        let run = Run::read(&path).unwrap();
+        let samples = run.sweeps.iter().flat_map(|sweep| &sweep.light);
+        assert_eq!(
+            samples.filter(|sample| sample.illuminance_lx.is_none()).count(),
+            0,
+            "no light is over its range"
+        );
+        let reduction = reduced(&path);
+        // Both by the directions of the grid.
+        let read = &reduction.grid.distribution;
+        let (c_deg, gamma_deg) = (read.c_deg().to_vec(), read.gamma_deg().to_vec());
+        let of_plane = |c: &f64| {
+            gamma_deg
+                .iter()
+                .map(|gamma| truth.intensity_cd(*c, *gamma))
+                .collect::<Vec<_>>()
+        };
+        let light = c_deg.iter().flat_map(of_plane).collect();
+        let light = IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), light).unwrap();
+        let gain = 1.0 + document.luxmeter.gain_error_rel;
+        let flux = &reduction.flux;
+        (
+            (read.flux_lm() / gain / light.flux_lm() - 1.0).abs(),
+            2.0 * flux.u_of_parts / flux.value,
+        )
+    };
+    let how = "mode = \"sweep\"\nspeed_deg_s = 6.0\nreference_every = 4";
+    let (held, u_held) = off(how);
+    let (twice, u_twice) = off(&format!("{how}\ndim_digits = 20.0"));
+    assert!(held > 0.01, "{held} ± {u_held}");
+    assert!(twice < 0.004 && twice < u_twice, "{twice} ± {u_twice}");
+    assert!(u_twice < 0.7 * u_held, "{u_held}, {u_twice}");
 }
 
 /// What the directions say that were read at rest after the sweeps.

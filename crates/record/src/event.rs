@@ -140,6 +140,21 @@ pub enum Event {
         /// Why these.
         reason: String,
     },
+    /// A part of a half-plane is swept a second time.
+    SecondSweep {
+        /// The block.
+        block: String,
+        /// The half-plane, degrees.
+        c_deg: f64,
+        /// γ from and to, degrees.
+        gamma_deg: [f64; 2],
+        /// At this speed.
+        speed_deg_s: f64,
+        /// In this range of the meter; none: in that of the sweeps before.
+        range: Option<u8>,
+        /// Why.
+        reason: String,
+    },
     /// Rings show how far the light has the symmetry that half-planes of a block assume.
     Symmetry {
         /// The block.

@@ -92,6 +92,12 @@ pub struct BlockDocument {
     /// Rings show first whether the symmetry that the half-planes assume holds: to so much of the largest light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub symmetry_max_rel: Option<f64>,
+    /// A second sweep of every half-plane, within the beam, has this speed, °/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beam_speed_deg_s: Option<f64>,
+    /// Light below so many digits of the range that a sweep holds is swept again in a more sensitive one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dim_digits: Option<f64>,
     /// Readings a point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<u32>,
@@ -167,6 +173,10 @@ pub struct Block {
     /// Largest difference, in shares of the largest light, that rings may show from the symmetry that the half-planes
     /// assume; none where no ring asks.
     pub symmetry_max_rel: Option<f64>,
+    /// Speed of a second sweep of every half-plane within the beam, °/s.
+    pub beam_speed_deg_s: Option<f64>,
+    /// Digits of the range that a sweep holds below which light is swept again in a more sensitive one.
+    pub dim_digits: Option<f64>,
     /// Points between two visits to the reference point.
     pub reference_every: Option<u32>,
     /// How often a point is read.
@@ -199,7 +209,9 @@ impl Block {
                 (None, Some(_)) => sweep::Rings::BehindTheFirst,
                 (None, None) => sweep::Rings::None,
             };
-            sweep::passes(&self.c_deg, &self.gamma_deg, speed, rings)
+            // The pair within the beam is the slow one then.
+            let with_slow_pair = self.beam_speed_deg_s.is_none();
+            sweep::passes(&self.c_deg, &self.gamma_deg, speed, with_slow_pair, rings)
         })
     }
 }
@@ -303,6 +315,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         ));
     }
     let sweep_deg_s = sweep::speed(path, block, &gamma_deg)?;
+    let beam_speed_deg_s = sweep::beam_speed(path, block, sweep_deg_s)?;
     let target = sweep::target(path, block, &c_deg, &gamma_deg)?;
     if let Some(distance) = block.distance_mm {
         block_distance(&key("distance_mm"), distance)?;
@@ -356,6 +369,8 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         sweep_deg_s,
         target,
         symmetry_max_rel: sweep::symmetry_max_rel(path, block)?,
+        beam_speed_deg_s,
+        dim_digits: sweep::dim_digits(path, block)?,
         reference_every: block.reference_every,
         repeats,
         prompt: block.prompt.clone(),
@@ -515,6 +530,64 @@ repeats = 20
             let text = sweeps.replacen(from, to, 1).replace("reference_every = 6\n", "");
             let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
             assert!(error.contains(word), "{to}: {error}");
+        }
+    }
+
+    #[test]
+    fn second_sweeps_are_slow_enough_and_take_the_place_of_the_slow_pair() {
+        let second = PLAN
+            .replace("[0, 360, 15]", "[0, 165, 15]")
+            .replace(
+                "[0.0, 180.0, 2.0]",
+                "[-180, 180, 2]\nmode = \"sweep\"\nbeam_speed_deg_s = 6.0\ndim_digits = 20.0",
+            )
+            .replace("reference_every = 91\n", "");
+        let plan = Plan::parse(Utf8Path::new("p.toml"), &second).unwrap();
+        let block = &plan.blocks()[0];
+        assert_eq!((block.beam_speed_deg_s, block.dim_digits), (Some(6.0), Some(20.0)));
+        let passes = block.passes();
+        assert_eq!(passes.len(), 2 + 11);
+        assert!(passes.iter().all(|pass| pass.speed_deg_s == SPEED_DEG_S));
+        let written = toml::to_string(&plan).unwrap();
+        assert_eq!(Plan::parse(Utf8Path::new("again.toml"), &written).unwrap(), plan);
+        let line = |key: &str| {
+            let before = second.lines().position(|line| line.starts_with(key));
+            format!("p.toml:{}:", before.unwrap() + 1)
+        };
+        for (from, to, at, word) in [
+            (
+                "beam_speed_deg_s = 6.0",
+                "beam_speed_deg_s = 9.0",
+                "beam_speed",
+                "at most 8.40 °/s",
+            ),
+            (
+                "beam_speed_deg_s = 6.0",
+                "beam_speed_deg_s = 0.0",
+                "beam_speed",
+                "above 0",
+            ),
+            (
+                "beam_speed_deg_s = 6.0",
+                "beam_speed_deg_s = nan",
+                "beam_speed",
+                "above 0",
+            ),
+            ("dim_digits = 20.0", "dim_digits = 0.5", "dim_digits", "1 to 100"),
+            ("dim_digits = 20.0", "dim_digits = 1e9", "dim_digits", "1 to 100"),
+        ] {
+            let text = second.replacen(from, to, 1);
+            let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
+            assert!(error.starts_with(&line(at)) && error.contains(word), "{to}: {error}");
+        }
+        let at_rest = second.replacen("mode = \"sweep\"\n", "", 1);
+        for (other, word) in [
+            ("dim_digits = 20.0", "beam_speed_deg_s"),
+            ("beam_speed_deg_s = 6.0", "dim_digits"),
+        ] {
+            let text = at_rest.replacen(other, "", 1);
+            let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
+            assert!(error.contains(word) && error.contains("belongs to blocks"), "{error}");
         }
     }
 

@@ -190,7 +190,7 @@ impl Levelled {
         } else {
             reference.drift(distance_mm)?
         };
-        let samples = samples::samples(rows, &in_motion.u_curve_lx, |row, lux| {
+        let samples = samples::samples(rows, &in_motion.of_curves, |row, lux| {
             let corrected = light(row, lux);
             let factor = row.lamp_age_s().map_or(1.0, |lamp_s| drift.factor(row.index, lamp_s));
             Corrected {

@@ -6,6 +6,7 @@ use isolux_record::{Quality, Reading};
 
 use crate::background::{noise_of_one, rounding};
 use crate::error::ReduceError;
+use crate::sweeps::OfCurve;
 
 /// How far a read-back may lie from the plan's direction before the row is taken for a fault of the axes.
 const ASTRAY_DEG: f64 = 1.0;
@@ -61,15 +62,15 @@ pub struct Corrected {
     pub gamma_deg: f64,
 }
 
-/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ. `u_curve_lx` is what
-/// the curves of sweeps leave open of their rows.
+/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ. `of_curves` are the
+/// rows that the curves of sweeps give: these are weighted by their uncertainty, readings at rest alike.
 ///
 /// # Errors
 /// [`ReduceError::Missing`] when a direction has no reading with a number, [`ReduceError::Astray`] when an axis was
 /// read back far from where it was sent.
 pub fn samples(
     rows: &[&Reading],
-    u_curve_lx: &BTreeMap<u64, f64>,
+    of_curves: &BTreeMap<u64, OfCurve>,
     mut correct: impl FnMut(&Reading, f64) -> Corrected,
 ) -> Result<Vec<Sample>, ReduceError> {
     let closing = closing(rows);
@@ -102,7 +103,7 @@ pub fn samples(
             first.get_or_insert((c_deg, gamma_deg));
             continue;
         }
-        samples.push(mean((closing, c_deg, gamma_deg), &usable, u_curve_lx, &mut correct));
+        samples.push(mean((closing, c_deg, gamma_deg), &usable, of_curves, &mut correct));
     }
     match first {
         Some((c_deg, gamma_deg)) => Err(ReduceError::Missing {
@@ -132,29 +133,45 @@ pub fn made_of(rows: &[&Reading]) -> Vec<u64> {
 fn mean(
     (closing, c_deg, gamma_deg): (bool, f64, f64),
     usable: &[(&Reading, f64)],
-    u_curve_lx: &BTreeMap<u64, f64>,
+    of_curves: &BTreeMap<u64, OfCurve>,
     correct: &mut impl FnMut(&Reading, f64) -> Corrected,
 ) -> Sample {
     let n = usable.len() as f64;
-    let (mut intensity, mut per_lx, mut d_c, mut d_gamma, mut noise2, mut digit) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0_f64);
-    let mut raw = 0.0;
+    let of_curve = |row: &Reading| of_curves.get(&row.index);
+    let weight = |row: &Reading| of_curve(row).map_or(1.0, |of| of.weight);
+    let all = usable.iter().map(|(row, _)| weight(row)).sum::<f64>();
+    let (mut intensity, mut per_lx, mut d_c, mut d_gamma) = (0.0, 0.0, 0.0, 0.0);
+    let (mut scatter2, mut noise2, mut raw, mut digit) = (0.0, 0.0, 0.0, 0.0_f64);
+    let mut curve2: Option<f64> = None;
     for &(row, lux) in usable {
+        // It is one of so many.
+        let many = all / weight(row);
         let corrected = correct(row, lux);
-        intensity += corrected.intensity_cd / n;
-        per_lx += corrected.cd_per_lx / n;
+        intensity += corrected.intensity_cd / many;
+        per_lx += corrected.cd_per_lx / many;
         let (true_c, true_gamma) = unsigned(corrected.c_deg, corrected.gamma_deg);
         // Near the pole an unsigned γ may lie just across it; the difference along the meridian keeps its sign.
         let across = angle_between(true_c, c_deg).abs() > 90.0;
-        d_c += if across { 0.0 } else { angle_between(true_c, c_deg) / n };
-        d_gamma += (if across { -true_gamma } else { true_gamma } - gamma_deg) / n;
+        d_c += if across {
+            0.0
+        } else {
+            angle_between(true_c, c_deg) / many
+        };
+        d_gamma += (if across { -true_gamma } else { true_gamma } - gamma_deg) / many;
         let row_digit = row.digit_lx.unwrap_or(0.0);
-        noise2 += noise_of_one(row.u_lx.unwrap_or(0.0), row_digit).powi(2) / n;
-        digit = digit.max(row_digit);
-        raw += lux / n;
+        let row_noise = noise_of_one(row.u_lx.unwrap_or(0.0), row_digit);
+        scatter2 += row_noise.powi(2) / many;
+        noise2 += (row_noise / many).powi(2);
+        raw += lux / many;
+        match of_curve(row) {
+            Some(of) => {
+                curve2 = Some(curve2.unwrap_or(0.0) + (of.u_lx / many).powi(2));
+                digit += row_digit / many;
+            }
+            None => digit = digit.max(row_digit),
+        }
     }
-    let of_curve = |(row, _): &(&Reading, f64)| u_curve_lx.get(&row.index).map(|u_lx| u_lx * u_lx);
-    let curve2: Option<f64> = usable.iter().map(of_curve).sum();
-    let scatter = noise2.sqrt();
+    let scatter = scatter2.sqrt();
     let quiet = scatter <= 0.5 * digit && digit > 0.0;
     Sample {
         c_deg,
@@ -163,8 +180,8 @@ fn mean(
         true_c_deg: c_deg + d_c,
         true_gamma_deg: gamma_deg + d_gamma,
         intensity_cd: intensity,
-        u_noise_cd: scatter / n.sqrt() * per_lx,
-        u_curve_cd: curve2.map(|curve2| curve2.sqrt() / n * per_lx),
+        u_noise_cd: noise2.sqrt() * per_lx,
+        u_curve_cd: curve2.map(|curve2| curve2.sqrt() * per_lx),
         u_digit_cd: rounding(digit, scatter, usable.len()) * per_lx,
         display: quiet.then(|| (raw / digit).round() as i64),
         lamp_s: usable

@@ -43,8 +43,17 @@ pub struct InMotion {
     pub checks: Vec<Check>,
     /// What is known of half-planes that the scan did not choose.
     pub half_planes: Option<HalfPlanes>,
-    /// Standard uncertainty that the curve of a sweep leaves beside its noise, lx, by the number of the row.
-    pub u_curve_lx: BTreeMap<u64, f64>,
+    /// What is known of the rows that the curves of sweeps give, by their numbers.
+    pub of_curves: BTreeMap<u64, OfCurve>,
+}
+
+/// A reading that the curve of a sweep gives, beside its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OfCurve {
+    /// Standard uncertainty that the curve leaves open, lx.
+    pub u_lx: f64,
+    /// What it counts for beside those of other sweeps at the direction, 1/lx².
+    pub weight: f64,
 }
 
 /// A run whose sweeps are readings.
@@ -137,11 +146,11 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
     let of_curves = rows
         .iter()
         .zip(0..)
-        .filter_map(|(row, index)| Some((index, row.u_curve_lx?)));
+        .filter_map(|(row, index)| Some((index, row.of_curve?)));
     Ok(AtRest {
         run: Cow::Owned(with),
         in_motion: InMotion {
-            u_curve_lx: of_curves.collect(),
+            of_curves: of_curves.collect(),
             half_planes,
             checks,
         },
@@ -155,8 +164,7 @@ struct MergedRow {
     /// Its number in the record, where it has one.
     recorded: Option<u64>,
     reading: Reading,
-    /// What the curve leaves open beside its noise, lx.
-    u_curve_lx: Option<f64>,
+    of_curve: Option<OfCurve>,
 }
 
 impl MergedRow {
@@ -164,7 +172,7 @@ impl MergedRow {
         Self {
             recorded: Some(row.index),
             reading: row.clone(),
-            u_curve_lx: None,
+            of_curve: None,
         }
     }
 }
@@ -214,7 +222,8 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
             block: block.name.clone(),
         });
     };
-    let delay = shifts.iter().find_map(|slow| Delay::of(fast, slow));
+    let delays = shifts.iter().filter_map(|slow| Delay::of(fast, slow));
+    let delay = delays.min_by(|a, b| a.play_deg.1.total_cmp(&b.play_deg.1));
     let shift_at = |speed: f64| {
         let own = shifts
             .iter()
@@ -258,12 +267,20 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
                 readings.push(MergedRow {
                     recorded: None,
                     reading: sweep.reading(Role::Point, (c_deg, gamma_deg), noise),
-                    u_curve_lx: Some(time.hypot(smoothing)),
+                    of_curve: Some(OfCurve {
+                        u_lx: time.hypot(smoothing),
+                        weight: sweep.weight(gamma_deg),
+                    }),
                 });
             }
         }
     }
-    for sweep in &fitted {
+    // A slow sweep blurs the beam less than a fast one: beside each other they would look like a drift.
+    let as_fast = |sweep: &&Fitted<'_>| {
+        let of_beam = sweep.shift.speed_deg_s < (1.0 - SAME_SPEED) * fast.speed_deg_s;
+        block.beam_speed_deg_s.is_none() || !of_beam
+    };
+    for sweep in fitted.iter().filter(as_fast) {
         let curve = &sweep.along.curve;
         let [low, high] = curve.range_deg();
         // A curve that ends at the pole is held there from one side: what it says is no reference.
@@ -273,13 +290,13 @@ fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool)
             readings.push(MergedRow {
                 recorded: None,
                 reading: sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)),
-                u_curve_lx: None,
+                of_curve: None,
             });
         }
     }
     Ok(OfBlock {
         readings,
-        note: note(block, swept, fast, delay, &parts),
+        note: note(block, swept, fast, delay, &parts) + &without_shift(swept.len() - fitted.len()),
         checks: at_rest::checks(run, block, &fitted, delay),
     })
 }
@@ -319,8 +336,9 @@ fn note(block: &Block, swept: &[Swept<'_>], fast: &Shift, delay: Option<Delay>, 
         },
     );
     let (sweeps, left_out, clock) = (swept.len(), left_out(swept), own_clock(swept));
+    let second = second_sweeps(block, swept);
     format!(
-        "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s: its light is displaced against the \
+        "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s{second}: its light is displaced against the \
          positions by {:.3} ± {:.3}° (k = 2), {separated}; u of a direction, in root mean squares of the largest \
          light: noise {noise:.3} %, displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, \
          none was read at rest{clock}{left_out}",
@@ -329,6 +347,32 @@ fn note(block: &Block, swept: &[Swept<'_>], fast: &Shift, delay: Option<Delay>, 
         fast.shift_deg,
         2.0 * fast.u_deg
     )
+}
+
+/// How many sweeps give no value, as no pair of their speed shows their displacement; empty where there are none.
+fn without_shift(count: usize) -> String {
+    if count == 0 {
+        return String::new();
+    }
+    format!("; {count} of the sweeps give no value, as their displacement is not known")
+}
+
+/// How many of them were swept a second time over a part of their way, and why; empty where none was.
+fn second_sweeps(block: &Block, swept: &[Swept<'_>]) -> String {
+    let speed_deg_s = |one: &Swept<'_>| one.track.speed_deg_s.abs();
+    let beam = block.beam_speed_deg_s.map(|beam| {
+        let count = swept
+            .iter()
+            .filter(|one| (speed_deg_s(one) - beam).abs() < SAME_SPEED * beam)
+            .count();
+        format!(", {count} of them within the beam at {beam} °/s")
+    });
+    let dim = block.dim_digits.map(|digits| {
+        let held = swept.iter().map(|one| one.record.of.range).max();
+        let count = swept.iter().filter(|one| Some(one.record.of.range) < held).count();
+        format!(", {count} of them in a more sensitive range, where the light was below {digits} digits")
+    });
+    beam.into_iter().chain(dim).collect()
 }
 
 /// What is known of the meter's own clock; empty where it has none.

@@ -31,6 +31,9 @@ pub struct Chosen {
     rose: [bool; 2],
     /// The light of the first half-plane the other way.
     back: Vec<(f64, f64)>,
+    /// All sweeps, in their order; each with its range where this is a more sensitive one than that of the first sweep of
+    /// its half-plane.
+    pub(crate) made: Vec<Pass>,
 }
 
 /// The sweep of a half-plane at the speed of the block: γ as its positions have it, and the light, lx.
@@ -39,6 +42,20 @@ struct Plane {
     c_deg: f64,
     sign: f64,
     light: Vec<(f64, f64)>,
+    range: u8,
+    digit_lx: f64,
+}
+
+/// What the first sweep of a half-plane says.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PlaneLight {
+    /// It, degrees.
+    pub c_deg: f64,
+    /// Roughly the light at each γ of the block, lx.
+    pub lux: Vec<f64>,
+    /// Range of the meter that was held, and one digit of it, lx.
+    pub range: u8,
+    pub digit_lx: f64,
 }
 
 /// The sweep that follows.
@@ -84,6 +101,16 @@ impl Chosen {
     pub fn add(&mut self, block: &Block, sweep: &SweepRecord) {
         let light = conversions(sweep);
         let way = sweep.of.way();
+        let range = u8::try_from(sweep.of.range).unwrap_or(u8::MAX);
+        let held = self
+            .planes
+            .iter()
+            .find(|plane| Some(plane.c_deg) == way.half_plane_deg());
+        self.made.push(Pass {
+            way,
+            speed_deg_s: sweep.of.speed_deg_s,
+            range: Some(range).filter(|range| held.is_some_and(|held| *range < held.range)),
+        });
         let Some(c_deg) = way.half_plane_deg() else {
             self.rose[1] = way.sign() > 0.0;
             let ring = Ring::of(sweep.of.gamma_deg[0], light.into_iter());
@@ -102,6 +129,8 @@ impl Chosen {
                 c_deg,
                 sign: way.sign(),
                 light,
+                range,
+                digit_lx: sweep.light.iter().map(|sample| sample.digit_lx).fold(0.0, f64::max),
             }),
             Some(plane) if plane.sign != way.sign() && self.back.is_empty() => self.back = light,
             Some(_) => {}
@@ -129,6 +158,7 @@ impl Chosen {
                 pass: Pass {
                     way: Way::HalfPlane { c_deg, gamma_deg },
                     speed_deg_s,
+                    range: None,
                 },
                 c_deg: planned,
                 reason,
@@ -302,6 +332,22 @@ impl Chosen {
         let planes = self.planes.iter().flat_map(|plane| &plane.light).map(|at| at.1);
         let rings = self.rings.iter().map(|(ring, _)| ring.largest());
         planes.chain(rings).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// The light of every half-plane that was swept, in their order.
+    pub(crate) fn light(&self, block: &Block) -> Vec<PlaneLight> {
+        let shift_deg = self.shift_deg(block);
+        let of_plane = |plane: &Plane| PlaneLight {
+            c_deg: plane.c_deg,
+            lux: block
+                .gamma_deg
+                .iter()
+                .map(|gamma| along(&plane.light, gamma - plane.sign * shift_deg))
+                .collect(),
+            range: plane.range,
+            digit_lx: plane.digit_lx,
+        };
+        self.planes.iter().map(of_plane).collect()
     }
 
     fn halves(&self, block: &Block) -> Vec<Half<'_>> {

@@ -7,6 +7,7 @@ use isolux_record::{DistanceClass, ReadingKind, Role, Station, apart_from_mm, se
 use serde::Serialize;
 
 use crate::itinerary::{Visit, is_last_sweep, visits};
+use crate::second;
 use crate::sweeps;
 use crate::warmup::Criterion;
 
@@ -100,7 +101,7 @@ pub fn dry_run(station: &Station, plan: &Plan) -> Result<DryRun, Fault> {
         if is_last_sweep(&visits, place) {
             let block = &plan.blocks()[visit.block];
             run.readings += at_rest(block) as u64;
-            run.reading_s += at_rest_s(station, block);
+            run.reading_s += at_rest_s(station, block) + second::least_s(station, block);
         }
         at = Some(visit.stands_deg());
         if visit.role == Role::Point {
@@ -193,7 +194,7 @@ pub fn visit_times(station: &Station, plan: &Plan) -> Vec<VisitTime> {
         warm = needs || warm && block.kind != ReadingKind::LampOff;
         let work_s = at.map_or(0.0, |from| motion_s(station, visit, from)) + reading_s(station, block, visit);
         let afterwards_s = if is_last_sweep(&visits, place) {
-            at_rest_s(station, block)
+            at_rest_s(station, block) + second::least_s(station, block)
         } else {
             0.0
         };

@@ -32,6 +32,7 @@ mod paused;
 mod progress;
 mod reference;
 mod repeats;
+mod second_sweeps;
 mod session;
 mod spectra;
 mod sweep;

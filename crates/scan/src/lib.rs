@@ -20,6 +20,7 @@ pub mod itinerary;
 pub mod motion;
 pub mod observe;
 pub mod pause;
+mod second;
 pub mod settle;
 pub mod spectrum;
 mod sweeps;

@@ -9,6 +9,8 @@ use isolux_record::station::Axis;
 
 use crate::chosen;
 use crate::devices::Devices;
+use crate::dry_run::distance_mm;
+use crate::second;
 
 /// Between the end of one conversion and the beginning of the next: both ways on a line of 9600 baud.
 const EXCHANGE_S: f64 = 0.03;
@@ -17,7 +19,7 @@ const PER_STEP: f64 = 1.0;
 /// And of one that converts all the time, whose windows leave no way out.
 const PER_STEP_ALL_THE_TIME: f64 = 0.66;
 /// Share of its range that the largest light expected may fill: an estimate is uncertain.
-const FILLED: f64 = 0.7;
+pub(crate) const FILLED: f64 = 0.7;
 
 /// Directions of a block of sweeps that are read at rest afterwards.
 pub(crate) const AT_REST: usize = 10;
@@ -86,6 +88,12 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
             return fault(
                 "mode",
                 "a sweep holds one range, and the station does not say how bright the lamp is: give `peak_cd` in [lamp]".to_owned(),
+            );
+        }
+        if block.dim_digits.is_some() && range(station, properties, distance_mm(station, block), 0) == 1 {
+            return fault(
+                "dim_digits",
+                format!("the largest light is read in the most sensitive range of {model} already: leave it out"),
             );
         }
         if speed > most {
@@ -207,12 +215,13 @@ pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<S
     if passes.is_empty() {
         return None;
     }
+    let second = second::words(station, block);
     if block.target.is_some() {
         // The first half-plane, the one across and the rings are swept whatever the light is.
         let least = passes.len() - (block.c_deg.len() - 1) + 1;
         return Some(format!(
             "block `{}`: {least} to {} sweeps, {:.0} to {:.0} s of motion: {RINGS} rings and the half-planes that \
-             they show to be needed, and {AT_REST} directions at rest; all {directions} directions at rest take \
+             they show to be needed, {second}and {AT_REST} directions at rest; all {directions} directions at rest take \
              {at_rest_s:.0} s or more",
             block.name,
             passes.len(),
@@ -221,7 +230,7 @@ pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<S
         ));
     }
     Some(format!(
-        "block `{}`: {} sweeps, {:.0} s of motion, and {AT_REST} directions at rest; \
+        "block `{}`: {} sweeps, {:.0} s of motion, {second}and {AT_REST} directions at rest; \
          the same {directions} directions at rest take {at_rest_s:.0} s or more",
         block.name,
         passes.len(),

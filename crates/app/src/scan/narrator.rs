@@ -121,6 +121,7 @@ impl<'a> Narrator<'a> {
             }
             Event::Spectrum { .. }
             | Event::HalfPlanes { .. }
+            | Event::SecondSweep { .. }
             | Event::Symmetry { .. }
             | Event::Again { .. }
             | Event::Paused { .. }

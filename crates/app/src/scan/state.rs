@@ -115,6 +115,12 @@ impl ScanState {
                 );
                 Some(format!("{noun} C {planes} to be swept: {reason}"))
             }
+            Event::SecondSweep {
+                c_deg,
+                gamma_deg: [from, to],
+                reason,
+                ..
+            } => Some(format!("C {c_deg}°, γ {from}° to {to}°: {reason}")),
             Event::Symmetry {
                 symmetry,
                 largest_rel,

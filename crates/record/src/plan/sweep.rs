@@ -82,6 +82,8 @@ pub struct Pass {
     pub way: Way,
     /// Cruising speed, °/s.
     pub speed_deg_s: f64,
+    /// Range of the meter, where it is a more sensitive one than the largest light of the lamp needs.
+    pub range: Option<u8>,
 }
 
 impl Pass {
@@ -131,6 +133,7 @@ pub fn ring(gamma_deg: f64, forward: bool, speed_deg_s: f64) -> Pass {
             c_deg: if forward { [from, to] } else { [to, from] },
         },
         speed_deg_s,
+        range: None,
     }
 }
 
@@ -145,6 +148,8 @@ pub(super) fn speed(path: &str, block: &BlockDocument, gamma_deg: &[f64]) -> Res
             ("speed_deg_s", block.speed_deg_s.is_some()),
             ("target", block.target.is_some()),
             ("symmetry_max_rel", block.symmetry_max_rel.is_some()),
+            ("beam_speed_deg_s", block.beam_speed_deg_s.is_some()),
+            ("dim_digits", block.dim_digits.is_some()),
         ];
         return match given.iter().find(|(_, is_given)| *is_given) {
             Some((key, _)) => fault(key, "belongs to blocks with mode = \"sweep\""),
@@ -257,6 +262,41 @@ pub(super) fn symmetry_max_rel(path: &str, block: &BlockDocument) -> Result<Opti
     }
 }
 
+/// The speed within the beam is no more than this share of that everywhere else: two speeds tell delay and play apart.
+const MOST_SHARE_OF_BEAM: f64 = 0.7;
+
+/// The speed of the second sweeps within the beam; none where there are none.
+///
+/// # Errors
+/// [`Fault`] for a value out of range.
+pub(super) fn beam_speed(path: &str, block: &BlockDocument, speed_deg_s: Option<f64>) -> Result<Option<f64>, Fault> {
+    let (Some(beam), Some(speed)) = (block.beam_speed_deg_s, speed_deg_s) else {
+        return Ok(None);
+    };
+    let most = MOST_SHARE_OF_BEAM * speed;
+    if beam.is_finite() && beam > 0.0 && beam <= most {
+        return Ok(Some(beam));
+    }
+    Err(Fault::new(
+        format!("{path}.beam_speed_deg_s"),
+        format!("is {beam}, expected above 0 and at most {most:.2} °/s, {MOST_SHARE_OF_BEAM} of `speed_deg_s`"),
+    ))
+}
+
+/// Digits below which dim light is swept again; none where it is not.
+///
+/// # Errors
+/// [`Fault`] for a value out of range.
+pub(super) fn dim_digits(path: &str, block: &BlockDocument) -> Result<Option<f64>, Fault> {
+    match block.dim_digits {
+        Some(digits) if !(1.0..=100.0).contains(&digits) => Err(Fault::new(
+            format!("{path}.dim_digits"),
+            format!("is {digits}, expected 1 to 100"),
+        )),
+        digits => Ok(digits),
+    }
+}
+
 /// Where rings stand among the sweeps of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rings {
@@ -268,15 +308,23 @@ pub(super) enum Rings {
     BehindThePair,
 }
 
-/// The sweeps of half-planes `c_deg` over rising `gamma_deg`: the first forward, backward, and both again slowly near γ =
-/// 0°; then directions alternate. The γ of `rings` is decided by the light of the half-planes before them.
-pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64, rings: Rings) -> Vec<Pass> {
+/// The sweeps of half-planes `c_deg` over rising `gamma_deg`: the first forward, backward, and `with_slow_pair` both
+/// again slowly near γ = 0°; then directions alternate. The γ of `rings` is decided by the light of the half-planes
+/// before them.
+pub(super) fn passes(
+    c_deg: &[f64],
+    gamma_deg: &[f64],
+    speed_deg_s: f64,
+    with_slow_pair: bool,
+    rings: Rings,
+) -> Vec<Pass> {
     let (Some(&low), Some(&high), Some(&first)) = (gamma_deg.first(), gamma_deg.last(), c_deg.first()) else {
         return Vec::new();
     };
     let pass = |c_deg: f64, gamma_deg: [f64; 2], speed_deg_s: f64| Pass {
         way: Way::HalfPlane { c_deg, gamma_deg },
         speed_deg_s,
+        range: None,
     };
     let inner = [low.max(-SLOW_REACH_DEG), high.min(SLOW_REACH_DEG)];
     let inner = if inner[1] - inner[0] < SLOW_REACH_DEG {
@@ -288,9 +336,10 @@ pub(super) fn passes(c_deg: &[f64], gamma_deg: &[f64], speed_deg_s: f64, rings: 
     let mut passes = vec![
         pass(first, [low, high], speed_deg_s),
         pass(first, [high, low], speed_deg_s),
-        pass(first, inner, slow),
-        pass(first, [inner[1], inner[0]], slow),
     ];
+    if with_slow_pair {
+        passes.extend([pass(first, inner, slow), pass(first, [inner[1], inner[0]], slow)]);
+    }
     let around = (0..RINGS).map(|place| ring(high * (place + 1) as f64 / 5.0, place % 2 == 0, speed_deg_s));
     match rings {
         Rings::None => {}

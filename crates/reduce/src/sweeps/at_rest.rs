@@ -29,9 +29,11 @@ pub struct Check {
     largest_lx: f64,
 }
 
-/// Light at a direction by one sweep: lx, and when it read it, in seconds of the run and of the lamp.
+/// Light at a direction by one sweep: its share in that of all, lx, and when it read it, in seconds of the run and of
+/// the lamp.
 #[derive(Debug, Clone, Copy)]
 struct InMotion {
+    share: f64,
     lux: f64,
     time_s: f64,
     lamp_s: f64,
@@ -56,8 +58,9 @@ fn check(row: &Reading, fitted: &[Fitted<'_>], delay: Option<Delay>) -> Option<C
         (0.5 * delay.play_deg.0, 0.5 * delay.play_deg.1)
     });
     let gamma_deg = row.gamma_deg + f64::from(row.travel.signum()) * play_deg;
-    let count = giving.len() as f64;
-    let mean = |of: &dyn Fn(&Fitted<'_>) -> f64| giving.iter().map(|sweep| of(sweep)).sum::<f64>() / count;
+    let all = giving.iter().map(|sweep| sweep.weight(gamma_deg)).sum::<f64>();
+    let share = |sweep: &Fitted<'_>| sweep.weight(gamma_deg) / all;
+    let mean = |of: &dyn Fn(&Fitted<'_>) -> f64| giving.iter().map(|sweep| share(sweep) * of(sweep)).sum::<f64>();
     let slope = mean(&|sweep| sweep.along.curve.slope(gamma_deg).abs());
     // What sweeps have in common does not become less by their number.
     let u2 = |sweep: &Fitted<'_>| {
@@ -73,6 +76,7 @@ fn check(row: &Reading, fitted: &[Fitted<'_>], delay: Option<Delay>) -> Option<C
     let swept = giving.iter().map(|sweep| {
         let time_s = sweep.time_s(gamma_deg);
         InMotion {
+            share: share(sweep),
             lux: sweep.along.curve.at(gamma_deg),
             time_s,
             lamp_s: time_s - sweep.one.record.of.lamp_on_s.unwrap_or(0.0),
@@ -158,8 +162,8 @@ impl Check {
         let each = self
             .swept
             .iter()
-            .map(|swept| swept.lux / factor(swept.time_s, swept.lamp_s));
-        let swept_lx = each.sum::<f64>() / self.swept.len() as f64;
+            .map(|swept| swept.share * swept.lux / factor(swept.time_s, swept.lamp_s));
+        let swept_lx = each.sum::<f64>();
         (rest_lx - swept_lx, self.u_lx.hypot(drift.u_rel() * swept_lx))
     }
 }

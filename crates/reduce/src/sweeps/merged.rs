@@ -17,11 +17,11 @@ pub struct Fitted<'a> {
     pub one: &'a Swept<'a>,
     pub shift: Shift,
     pub along: Along,
-    /// What the sweeps of this speed leave open together.
+    /// What the sweeps of this speed and range leave open together.
     smoothing: Rc<Smoothing>,
 }
 
-/// Root mean square over sweeps of one speed of what their smoothing leaves open, by γ: whether a sweep sees a kink of
+/// Root mean square over sweeps of one speed and range of what their smoothing leaves open, by γ: whether a sweep sees a kink of
 /// the light depends on where its conversions happen to lie, and half-planes have their kinks at the same γ.
 struct Smoothing(Vec<(f64, f64)>);
 
@@ -48,21 +48,23 @@ impl Smoothing {
 impl<'a> Fitted<'a> {
     /// Of the sweeps of a block with the light along them.
     pub fn all(swept: Vec<(&'a Swept<'a>, Shift, Along)>, gamma_deg: &[f64]) -> Vec<Self> {
-        let mut of_speeds: Vec<(f64, Rc<Smoothing>)> = Vec::new();
-        for (_, shift, _) in &swept {
-            let speed = shift.speed_deg_s;
-            if of_speeds.iter().all(|(known, _)| *known != speed) {
-                let same = swept.iter().filter(|(_, other, _)| other.speed_deg_s == speed);
+        // Whose conversions are as wide, and as fine.
+        let kind = |one: &Swept<'_>, shift: &Shift| (shift.speed_deg_s, one.record.of.range);
+        let mut of_kinds: Vec<((f64, i32), Rc<Smoothing>)> = Vec::new();
+        for (one, shift, _) in &swept {
+            let own = kind(one, shift);
+            if of_kinds.iter().all(|(known, _)| *known != own) {
+                let same = swept.iter().filter(|(one, shift, _)| kind(one, shift) == own);
                 let alongs: Vec<&Along> = same.map(|(_, _, along)| along).collect();
-                of_speeds.push((speed, Rc::new(Smoothing::of(&alongs, gamma_deg))));
+                of_kinds.push((own, Rc::new(Smoothing::of(&alongs, gamma_deg))));
             }
         }
-        let smoothing = |shift: &Shift| {
-            let own = of_speeds.iter().find(|(speed, _)| *speed == shift.speed_deg_s);
+        let smoothing = |of: (f64, i32)| {
+            let own = of_kinds.iter().find(|(known, _)| *known == of);
             own.map_or_else(|| Rc::new(Smoothing(Vec::new())), |(_, smoothing)| Rc::clone(smoothing))
         };
         let fitted = swept.into_iter().map(|(one, shift, along)| Self {
-            smoothing: smoothing(&shift),
+            smoothing: smoothing(kind(one, &shift)),
             one,
             shift,
             along,
@@ -98,6 +100,13 @@ impl Fitted<'_> {
         ]
     }
 
+    /// What it counts for at γ beside other sweeps: the inverse of its variance, 1/lx².
+    pub fn weight(&self, gamma_deg: f64) -> f64 {
+        let of_digit = self.digit_lx(gamma_deg) / 12.0_f64.sqrt();
+        let parts = self.parts(gamma_deg).into_iter().chain([of_digit]);
+        1.0 / parts.map(|part| part * part).sum::<f64>().max(f64::MIN_POSITIVE)
+    }
+
     /// One digit of the display where the light at γ is so even that all conversions around are rounded alike, lx; 0
     /// where noise or the way of the light spreads them over the digit.
     pub fn digit_lx(&self, gamma_deg: f64) -> f64 {
@@ -131,13 +140,15 @@ impl Fitted<'_> {
     }
 }
 
-/// The sweeps of a half-plane that give the light at γ: all that have light there, else the one with the narrowest way
-/// without; none where that is too wide.
+/// The sweeps of a half-plane that give the light at γ: all that have light there, and of these no one that ends there
+/// where another one goes on; else the one with the narrowest way without; none where that is too wide.
 pub fn giving<'f, 'a>(of_plane: &[&'f Fitted<'a>], gamma_deg: f64) -> Vec<&'f Fitted<'a>> {
     let reach = |sweep: &&&Fitted<'_>| sweep.along.nodes.contains(&gamma_deg);
     let there: Vec<&Fitted<'_>> = of_plane.iter().filter(reach).copied().collect();
     let whole: Vec<&Fitted<'_>> = there.iter().filter(|sweep| sweep.covers(gamma_deg)).copied().collect();
-    if !whole.is_empty() {
+    let goes_on = |sweep: &&Fitted<'_>| sweep.along.ways.goes_on(gamma_deg);
+    let (going_on, ending): (Vec<_>, Vec<_>) = whole.into_iter().partition(goes_on);
+    if let Some(whole) = [going_on, ending].into_iter().find(|sweeps| !sweeps.is_empty()) {
         return whole;
     }
     let gap = |sweep: &&Fitted<'_>| sweep.along.ways.gap_deg(gamma_deg);

@@ -199,6 +199,12 @@ impl Ways {
         }
     }
 
+    /// Whether there is light on both sides of `gamma_deg`: what a curve says beyond its last one is drawn straight on.
+    pub fn goes_on(&self, gamma_deg: f64) -> bool {
+        let is_inside = |(first, last): (&f64, &f64)| *first <= gamma_deg && gamma_deg <= *last;
+        self.0.first().zip(self.0.last()).is_some_and(is_inside)
+    }
+
     /// The widest way that the curve bridges without a word.
     pub fn bridged_deg(&self) -> f64 {
         let mut between: Vec<f64> = self.0.windows(2).map(|pair| pair[1] - pair[0]).collect();

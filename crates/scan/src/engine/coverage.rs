@@ -115,6 +115,7 @@ impl Coverage {
                     gamma_deg,
                 },
                 speed_deg_s,
+                range: None,
             };
             Some((plane.count, pass))
         };

@@ -215,6 +215,59 @@ async fn ended_at_any_moment_the_same_half_planes_are_chosen() {
     }
 }
 
+/// The light of the fake is nowhere dark: all of it is beam.
+#[tokio::test(start_paused = true)]
+async fn ended_in_a_second_sweep_it_is_made_again_and_no_other() {
+    let plan = plan(&SWEEPS.replace("speed_deg_s = 10.0", "speed_deg_s = 10.0\nbeam_speed_deg_s = 5.0"));
+    let whole = {
+        let (mut devices, room) = bench();
+        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await.unwrap();
+        assert!(at_rest(&room));
+        drop(run);
+        let run = Run::read(&path).unwrap();
+        assert_true(&run, &room, "second sweeps");
+        let slow = run.sweeps.iter().filter(|sweep| sweep.of.speed_deg_s == 5.0).count();
+        assert_eq!(
+            (run.sweeps.len(), slow),
+            (3 + 3, 3),
+            "both ways in the first half-plane"
+        );
+        let said = isolux_record::event::read(&path).into_iter();
+        let said =
+            said.filter(|logged| matches!(&logged.event, Event::SecondSweep { reason, .. } if reason.contains("10 %")));
+        assert_eq!(said.count(), slow);
+        ways(&run)
+    };
+    let (mut moment, mut cut_in_second) = (1900.0, 0);
+    while moment < 2060.0 {
+        let (mut devices, room) = bench();
+        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        let cancel = Cancel::new();
+        let signal = cancel.clone();
+        tokio::spawn(async move {
+            sleep(Duration::from_secs_f64(moment)).await;
+            signal.cancel("SIGTERM");
+        });
+        let outcome = scan(&mut devices, &plan, &mut run, &cancel, None).await;
+        assert!(at_rest(&room), "{moment}");
+        drop(run);
+        if outcome.is_err() {
+            let cut = Run::read(&path).unwrap().sweeps.len();
+            cut_in_second += u32::from((3..whole.len()).contains(&cut));
+            let (mut run, old) = RunDir::resume(&path, &header(&devices, &plan)).unwrap();
+            scan(&mut devices, &plan, &mut run, &Cancel::new(), Some(&old))
+                .await
+                .unwrap();
+        }
+        let run = Run::read(&path).unwrap();
+        assert_eq!(ways(&run), whole, "{moment}");
+        assert_eq!(checks(&run).len(), 10, "{moment}");
+        moment += 9.7;
+    }
+    assert!(cut_in_second > 3, "{cut_in_second}");
+}
+
 fn points(run: &Run) -> Vec<u64> {
     run.sweeps.iter().map(|sweep| sweep.of.point).collect()
 }

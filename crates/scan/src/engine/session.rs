@@ -53,6 +53,8 @@ pub(super) struct Session<'a> {
     pub warm_up_s: Option<f64>,
     /// Ranges above the expected one that sweeps need, because their light was over range.
     pub range_up: u8,
+    /// Ranges above the one chosen that the present sweep of dim light needs.
+    pub dim_range_up: u8,
     /// Where sweeps have light.
     pub coverage: Coverage,
     /// What half-planes are chosen by, of every block of sweeps.
@@ -100,6 +102,7 @@ impl<'a> Session<'a> {
             visits_again: 0,
             warm_up_s: None,
             range_up: 0,
+            dim_range_up: 0,
             coverage: Coverage::default(),
             chosen: HashMap::new(),
             symmetric: HashSet::new(),
@@ -143,6 +146,7 @@ impl<'a> Session<'a> {
             let made = has || visit.is_to_be_chosen(block);
             let complete = |session: &Self| {
                 session.next_sweep(block).is_none()
+                    && session.next_second(block).is_none()
                     && !session.coverage.lacks(block)
                     && !session.lacks_checks(visit, &visits, &progress)
             };
@@ -178,7 +182,8 @@ impl<'a> Session<'a> {
                 let of_block = |one: &&Visit| one.block == visit.block;
                 let of_block: Vec<Visit> = visits.iter().filter(of_block).copied().collect();
                 self.sweep_chosen(block, &of_block).await?;
-                self.fill_gaps(block, &visits).await?;
+                self.sweep_again_in_part(block, &of_block).await?;
+                self.fill_gaps(block, &of_block).await?;
                 self.read_at_rest(visit, &visits, &progress).await?;
             }
         }

@@ -77,7 +77,7 @@ impl Session<'_> {
         let moving = self.axes.moving(&way).1;
         let [start, end] = pass.ends_deg(moving.settings().acceleration());
         let meter = self.devices.meter.as_ref();
-        let range = sweeps::range(self.engine.station, meter.properties(), self.distance_mm, self.range_up);
+        let range = self.range(pass);
         let (start_c_deg, start_gamma_deg) = way.at_deg(start);
         self.axes.go_to(start_c_deg, start_gamma_deg).await?;
         let c_deg = self.axes.pose().await?.c_deg;
@@ -136,7 +136,9 @@ impl Session<'_> {
         };
         let over_range = caught.over_range.get();
         let mut record = self.record(of, caught);
-        let outcome = outcome.and_then(|()| match missing(&record, over_range) {
+        // A sweep of dim light has no number where there is too much of it, and the one before it has.
+        let torn_by_range = over_range && pass.range.is_none();
+        let outcome = outcome.and_then(|()| match missing(&record, torn_by_range) {
             None => Ok(()),
             Some(why) => Err(ScanError::Torn {
                 c_deg: visit.c_deg,
@@ -145,6 +147,7 @@ impl Session<'_> {
         });
         match outcome {
             Ok(()) => {
+                self.dim_range_up = 0;
                 // The reference point is read at rest, in the range that suits it.
                 meter
                     .set_range(LuxRange::Auto)
@@ -153,7 +156,12 @@ impl Session<'_> {
                 Ok(record)
             }
             Err(error) => {
-                self.range_up += u8::from(over_range);
+                let up = if pass.range.is_some() {
+                    &mut self.dim_range_up
+                } else {
+                    &mut self.range_up
+                };
+                *up += u8::from(over_range);
                 record.of.torn = Some(error.to_string());
                 self.run.sweep(record)?;
                 if error.can_be_measured_again() {
@@ -165,6 +173,15 @@ impl Session<'_> {
                 Err(error)
             }
         }
+    }
+
+    /// The range that a sweep holds.
+    fn range(&self, pass: &Pass) -> u8 {
+        let properties = self.devices.meter.properties();
+        let held = sweeps::range(self.engine.station, properties, self.distance_mm, self.range_up);
+        let dim = pass.range.map(|range| range + self.dim_range_up);
+        // In the range that was held it would say the same again.
+        dim.map_or(held, |dim| dim.min(held.saturating_sub(1)).max(1))
     }
 
     /// Waits until a meter that converts all the time tells a value of the range that was chosen: until then it repeats
