@@ -21,6 +21,7 @@
 //! | flux | error of the flux, % |
 //! | beam | largest error of the beam angle of a half-plane, ° |
 //! | in U | directions whose error is below their own U (k = 2), %; error ÷ U of the worst |
+//! | map in U | the same of the places of `map`, with what straight lines between directions miss |
 //! | U | largest U of a direction, % of the peak: what the scan announces |
 //! | refused | scans that the ten directions read at rest refuse |
 //!
@@ -48,7 +49,7 @@ use isolux_formats::eulumdat::{self, Header, LampSet};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::document::SourceText;
 use isolux_record::{Event, Plan, Run, Subject};
-use isolux_reduce::{Options, ReduceError, Reduction};
+use isolux_reduce::{Options, ReduceError, Reduction, straight_lines_miss_cd};
 use isolux_virtual::twins::Choice;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -103,6 +104,8 @@ struct Figures {
     covered: f64,
     worst_of_u: f64,
     most_u: f64,
+    map_covered: f64,
+    map_worst_of_u: f64,
     /// C and γ of the largest error of a direction, degrees.
     at_deg: (f64, f64),
 }
@@ -397,14 +400,17 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
     let exact = fine(2.5, 0.5)?;
     let peak = exact.peak().intensity_cd;
     let slopes = reduction.grid.gamma_slopes_cd_per_deg();
+    let expanded_cd = |place: usize| {
+        let sample = &reduction.grid.nodes[reduction.grid.sample_of[place]];
+        let shared = (SHARED_REL * sample.intensity_cd).hypot(slopes[place] * reduction.common.gamma_deg);
+        2.0 * sample.u_own_cd().hypot(shared)
+    };
     let (mut node, mut at_deg, mut inside, mut worst_of_u, mut most_u) = (0.0f64, (0.0, 0.0), 0, 0.0f64, 0.0f64);
     for (plane, c_deg) in read.c_deg().iter().enumerate() {
         for (column, gamma_deg) in read.gamma_deg().iter().enumerate() {
             let error = (read.row(plane)[column] - truth(*c_deg, *gamma_deg)).abs();
             let place = plane * read.gamma_deg().len() + column;
-            let sample = &reduction.grid.nodes[reduction.grid.sample_of[place]];
-            let shared = (SHARED_REL * sample.intensity_cd).hypot(slopes[place] * reduction.common.gamma_deg);
-            let expanded = 2.0 * sample.u_own_cd().hypot(shared);
+            let expanded = expanded_cd(place);
             if error / peak > node {
                 (node, at_deg) = (error / peak, (*c_deg, *gamma_deg));
             }
@@ -413,10 +419,22 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
             worst_of_u = worst_of_u.max(error / expanded.max(1e-4 * peak));
         }
     }
-    let mut map = 0.0f64;
+    let missed_cd = straight_lines_miss_cd(read);
+    let (mut map, mut map_inside, mut map_worst_of_u) = (0.0f64, 0, 0.0f64);
     for (plane, c_deg) in exact.c_deg().iter().enumerate() {
         for (gamma_deg, cd) in exact.gamma_deg().iter().zip(exact.row(plane)) {
-            map = map.max((read.intensity_cd_at(*c_deg, *gamma_deg) - cd).abs() / peak);
+            let error = (read.intensity_cd_at(*c_deg, *gamma_deg) - cd).abs();
+            map = map.max(error / peak);
+            let nearest = |of: &[f64], at: f64| {
+                let apart = |there: f64| 180.0 - ((there - at).rem_euclid(360.0) - 180.0).abs();
+                (0..of.len()).min_by(|a, b| apart(of[*a]).total_cmp(&apart(of[*b])))
+            };
+            let nearest = nearest(read.c_deg(), *c_deg).zip(nearest(read.gamma_deg(), *gamma_deg));
+            let (plane, column) = nearest.ok_or("a distribution without directions")?;
+            let place = plane * read.gamma_deg().len() + column;
+            let expanded = expanded_cd(place).hypot(2.0 * missed_cd[place]);
+            map_inside += usize::from(error <= expanded);
+            map_worst_of_u = map_worst_of_u.max(error / expanded.max(1e-4 * peak));
         }
     }
     let beam = |of: &IntensityDistribution, c_deg: f64| {
@@ -436,12 +454,14 @@ fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
         covered: 100.0 * inside as f64 / read.intensity_cd().len() as f64,
         worst_of_u,
         most_u: 100.0 * most_u,
+        map_covered: 100.0 * map_inside as f64 / exact.intensity_cd().len() as f64,
+        map_worst_of_u,
         at_deg,
     })
 }
 
 impl Figures {
-    fn numbers(self) -> [f64; 8] {
+    fn numbers(self) -> [f64; 10] {
         [
             self.time_s,
             self.node,
@@ -451,6 +471,8 @@ impl Figures {
             self.covered,
             self.worst_of_u,
             self.most_u,
+            self.map_covered,
+            self.map_worst_of_u,
         ]
     }
 }
@@ -465,10 +487,21 @@ impl How {
 }
 
 fn line(file: &Utf8Path, case: &Case) -> String {
-    let [time, node, map, flux, beam, covered, of_u, most_u] = case.figures.numbers();
+    let [
+        time,
+        node,
+        map,
+        flux,
+        beam,
+        covered,
+        of_u,
+        most_u,
+        map_covered,
+        map_of_u,
+    ] = case.figures.numbers();
     format!(
         "{} seed {} {}: {time:.0} s; node {node:.2} % at C {}° γ {}°, map {map:.2} %, flux {flux:.3} %, beam {beam:.2}°, in U {covered:.1} %, \
-         worst {of_u:.2} U, largest U {most_u:.2} %{}",
+         worst {of_u:.2} U, largest U {most_u:.2} %, map in U {map_covered:.1} %, worst {map_of_u:.2} U{}",
         file.file_stem().unwrap_or_default(),
         case.seed,
         case.how.word(),
@@ -500,10 +533,10 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
     for how in [How::InMotion, How::AtRest] {
         println!(
             "\n{}: median, largest\n\n| lamp | time/s | node/% | map/% | flux/% | beam/° | in U/% | worst/U | U/% \
-             | refused |",
+             | map in U/% | worst/U | refused |",
             how.word()
         );
-        println!("|{}", "---|".repeat(10));
+        println!("|{}", "---|".repeat(12));
         for (lamp, file) in lamps.iter().enumerate() {
             let of_lamp: Vec<&Case> = cases
                 .iter()
@@ -517,19 +550,24 @@ fn print_table(lamps: &[Utf8PathBuf], found: Vec<Found>) {
                 let all = numbers(place);
                 format!("{:.digits$}, {:.digits$}", all[all.len() / 2], all[all.len() - 1])
             };
-            let covered = numbers(5);
+            // The least last: of a share the smallest is the worst.
+            let share = |place: usize| {
+                let all = numbers(place);
+                format!("{:.1}, {:.1}", all[all.len() / 2], all[0])
+            };
             println!(
-                "| {} | {} | {} | {} | {} | {} | {:.1}, {:.1} | {} | {} | {} of {} |",
+                "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} of {} |",
                 file.file_stem().unwrap_or_default(),
                 cell(0, 0),
                 cell(1, 2),
                 cell(2, 2),
                 cell(3, 3),
                 cell(4, 2),
-                covered[covered.len() / 2],
-                covered[0],
+                share(5),
                 cell(6, 2),
                 cell(7, 2),
+                share(8),
+                cell(9, 2),
                 of_lamp.iter().filter(|case| case.refused.is_some()).count(),
                 of_lamp.len()
             );

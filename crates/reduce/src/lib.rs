@@ -42,6 +42,7 @@ mod samples;
 mod smooth;
 mod spectral;
 mod spectral_noise;
+mod straight;
 mod sweeps;
 mod unmeasured;
 
@@ -79,6 +80,7 @@ pub use results::{Budget, COLOUR_FOLDER, ResultFile, Subtracted, budget_of, file
 pub use samples::Sample;
 pub use smooth::SmoothError;
 pub use spectral::{SpectralResult, on_axis};
+pub use straight::straight_lines_miss_cd;
 
 use bench::Bench;
 use floor::Floor;

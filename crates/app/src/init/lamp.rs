@@ -33,6 +33,8 @@ const MOST_SPECTRO_LX: f64 = 1e5;
 pub struct LampFiles {
     /// Name and text, in the order of writing.
     pub files: Vec<(&'static str, String)>,
+    /// The light of the file.
+    pub light: IntensityDistribution,
     /// What the luminaire is, for the job.
     pub subject: Subject,
     /// How the grid was chosen and what had to be assumed, a sentence each.
@@ -125,6 +127,7 @@ pub fn lamp(path: &Utf8Path, choice: &Choice) -> Result<LampFiles, Failure> {
     ));
     Ok(LampFiles {
         files,
+        light,
         subject: subject(&file),
         notes,
     })

@@ -9,6 +9,7 @@ mod virtual_station;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::BUILT_IN;
+use isolux_photometry::IntensityDistribution;
 use isolux_record::{Plan, Subject};
 use isolux_virtual::Instrument;
 use isolux_virtual::station::{CALIBRATION_FILE, for_sweeps, in_memory};
@@ -91,7 +92,7 @@ pub fn run(
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
     let mut files = vec![("station.toml", station)];
     files.extend(calibration.map(|text| (CALIBRATION_FILE, text)));
-    files.push(("plan.toml", instruments.plan(plan.text(), &choice)?));
+    files.push(("plan.toml", instruments.plan(plan.text(), &choice, None)?));
     files.push(("scene.toml", SCENE.to_owned()));
     files.push(("job.toml", JOB.to_owned() + &subject::text(subject)));
     write_all(folder, files, overwrite)
@@ -122,7 +123,7 @@ pub fn for_lamp(
                 let station = instruments.station(text, &choice);
                 *text = format!("{STATION_HEAD}{station}{STATION_TAIL}");
             }
-            "plan.toml" => *text = instruments.plan(std::mem::take(text), &choice)?,
+            "plan.toml" => *text = instruments.plan(std::mem::take(text), &choice, Some(&lamp.light))?,
             _ => {}
         }
     }
@@ -213,11 +214,11 @@ impl Instruments {
         }
     }
 
-    /// The plan for how it is read.
-    fn plan(&self, text: String, choice: &Choice) -> Result<String, Failure> {
+    /// The plan for how it is read, for a lamp whose file has `light`.
+    fn plan(&self, text: String, choice: &Choice, light: Option<&IntensityDistribution>) -> Result<String, Failure> {
         let text = if self.colour { colour::plan(&text) } else { text };
         if self.in_motion {
-            in_motion::plan(&text, choice)
+            in_motion::plan(&text, choice, light)
         } else {
             Ok(text)
         }

@@ -9,9 +9,10 @@ use crate::Reduction;
 use crate::budget::of_directions_cd;
 use crate::grid::is_pole;
 use crate::samples::Sample;
+use crate::straight::straight_lines_miss_cd;
 
 /// Columns.
-const HEADER: &str = "c_deg,gamma_deg,intensity_cd,read_cd,u_own_cd,u_cd,origin,missing";
+const HEADER: &str = "c_deg,gamma_deg,intensity_cd,read_cd,u_own_cd,u_cd,u_between_cd,origin,missing";
 
 /// The table. Where a part of the uncertainty is not known, `missing` says which and nothing stands for `u_cd`.
 pub fn directions(reduction: &Reduction) -> String {
@@ -21,6 +22,7 @@ pub fn directions(reduction: &Reduction) -> String {
     let missing = reduction.i_max.missing.join("; ").replace('"', "\"\"");
     let mut text = format!("{HEADER}\n");
     let gammas = distribution.gamma_deg();
+    let missed_cd = straight_lines_miss_cd(distribution);
     for (place, u_cd) in of_directions_cd(grid, &reduction.common).into_iter().enumerate() {
         let (c_deg, gamma_deg) = (distribution.c_deg()[place / gammas.len()], gammas[place % gammas.len()]);
         let (intensity_cd, read_cd) = (distribution.intensity_cd()[place], raw[place]);
@@ -30,9 +32,10 @@ pub fn directions(reduction: &Reduction) -> String {
         // Of a scan that is not finished nothing is known of what stands between its half-planes.
         let own = number(sample.u_own_cd(), origin != INTERPOLATED || reduction.partial.is_none());
         let u_cd = number(u_cd, missing.is_empty());
+        let between = number(missed_cd[place], reduction.partial.is_none());
         let _ = writeln!(
             text,
-            "{c_deg},{gamma_deg},{intensity_cd},{read_cd},{own},{u_cd},{origin},\"{missing}\""
+            "{c_deg},{gamma_deg},{intensity_cd},{read_cd},{own},{u_cd},{between},{origin},\"{missing}\""
         );
     }
     text

@@ -51,7 +51,7 @@ fn every_direction_has_its_uncertainty_and_where_it_comes_from() {
     let (result, rows) = table(&whole);
     assert_eq!(
         rows[0].join(","),
-        "c_deg,gamma_deg,intensity_cd,read_cd,u_own_cd,u_cd,origin,missing"
+        "c_deg,gamma_deg,intensity_cd,read_cd,u_own_cd,u_cd,u_between_cd,origin,missing"
     );
     let grid = &result.grid;
     assert_eq!(rows.len(), 1 + grid.sample_of.len());
@@ -64,18 +64,18 @@ fn every_direction_has_its_uncertainty_and_where_it_comes_from() {
             "{row:?} {alone:?}"
         );
         assert!((number(&row[2]) / alone.value - 1.0).abs() < 1e-9, "{row:?}");
-        assert!(number(&row[4]) < number(&row[5]) && row[6] == "at_rest", "{row:?}");
+        assert!(number(&row[4]) < number(&row[5]) && row[7] == "at_rest", "{row:?}");
     }
     // Half of the circle, as of a lamp that is the same on both sides.
     let mut half = whole.clone();
     half.readings.rows.retain(|row| row.c_target_deg <= 180.0);
     let (_, rows) = table(&half);
     assert!(
-        rows[1][5].is_empty() && rows[1][7].contains("a symmetry is assumed"),
+        rows[1][5].is_empty() && rows[1][8].contains("a symmetry is assumed"),
         "{:?}",
         rows[1]
     );
-    let origin = |c: &str, gamma: &str| &rows.iter().find(|row| row[0] == c && row[1] == gamma).unwrap()[6];
+    let origin = |c: &str, gamma: &str| &rows.iter().find(|row| row[0] == c && row[1] == gamma).unwrap()[7];
     assert_eq!(
         [origin("165", "40"), origin("195", "40"), origin("195", "0")],
         ["at_rest", "by_symmetry", "at_rest"]
