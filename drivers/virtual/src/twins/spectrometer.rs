@@ -4,11 +4,12 @@
 //! answers, 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count
 //! per second.
 
-use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients};
-use isolux_darkroom::{Instrument, Room};
+use isolux_darkroom::spectrograph::{PIXELS, dark_noise_lx, linearity_coefficients};
+use isolux_darkroom::{Darkroom, Instrument, Room};
 use isolux_transport::{LineSettings, Parity};
 
-use crate::twin::{Answer, Twin, TwinKind};
+use super::exposed::{exposure, window_s};
+use crate::twin::{Answer, InMotion, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins. A serial adapter that carries the frames has this line; the instrument itself has none.
@@ -23,9 +24,35 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("spectroradiometer", "")],
     sweeps: None,
+    noise_lx: None,
     calibration: Some(calibration),
-    start: |_| Box::new(Usb2000::new()),
+    start: |_| Box::new(Usb2000::new(Instrument::Spectroradiometer)),
 };
+
+/// In the place of the lux meter, in the table of twins.
+pub(crate) const LIGHT_METER: TwinKind = TwinKind {
+    instrument: Instrument::Luxmeter,
+    opens: &[("luxmeter", AS_LIGHT_METER)],
+    sweeps: Some(IN_MOTION),
+    noise_lx: Some(noise_lx),
+    calibration: None,
+    start: |_| Box::new(Usb2000::new(Instrument::Luxmeter)),
+    ..TWIN
+};
+
+/// Behind the address of a spectrometer in the place of the lux meter. The lamp's blue peak is full at 3.8 klx.
+pub(super) const AS_LIGHT_METER: &str = "?calibration=device&integration_ms=100&full_scale_lx=3700";
+
+/// How it takes part in sweeps.
+pub(super) const IN_MOTION: InMotion = InMotion::OnRequest {
+    open: "",
+    integration_ms: 100,
+};
+
+/// Its noise without light at the integration time of its address.
+pub(super) fn noise_lx(document: &Darkroom) -> f64 {
+    dark_noise_lx(&document.spectroradiometer, 0.1)
+}
 
 /// The pixels that have a responsivity.
 fn calibration(room: &Room) -> String {
@@ -45,13 +72,13 @@ const SPECTRA: u8 = 0x82;
 const END_OF_SPECTRUM: u8 = 0x69;
 /// Time of the detector's read-out, s.
 const READ_OUT_S: f64 = 0.002;
-/// Air to detector: the electronics' own heat, K.
-const SELF_HEATING_C: f64 = 4.0;
 /// Shortest and longest integration time, µs.
 const INTEGRATION_US: std::ops::RangeInclusive<u32> = 1_000..=655_350_000;
 
 /// The spectrometer.
 pub struct Usb2000 {
+    /// In whose place it stands.
+    instrument: Instrument,
     integration_us: u32,
     /// The integration time under which the next spectrum is still taken.
     stale_us: Option<u32>,
@@ -59,9 +86,10 @@ pub struct Usb2000 {
 }
 
 impl Usb2000 {
-    /// The spectrometer at power-up: 100 ms.
-    pub fn new() -> Self {
+    /// The spectrometer in the place of `instrument` at power-up: 100 ms.
+    pub fn new(instrument: Instrument) -> Self {
         Self {
+            instrument,
             integration_us: 100_000,
             stale_us: None,
             exposures: 0,
@@ -86,7 +114,7 @@ impl Usb2000 {
                 answer.extend(Self::slot(slot, world));
                 control(answer)
             }
-            [0x09] => self.expose(now_s),
+            [0x09] => self.expose(world, now_s),
             [0x6B, register] => {
                 let value: u16 = match register {
                     // FPGA 2.01.0: a USB2000+, not a Flame.
@@ -132,21 +160,15 @@ impl Usb2000 {
         data
     }
 
-    fn expose(&mut self, now_s: f64) -> Answer {
+    fn expose(&mut self, world: &World, now_s: f64) -> Answer {
         let integration_s = f64::from(self.stale_us.take().unwrap_or(self.integration_us)) / 1e6;
-        let index = self.exposures;
+        let (instrument, index) = (self.instrument, self.exposures);
         self.exposures += 1;
-        let end_s = now_s + integration_s;
+        let window = window_s(world, instrument, now_s, integration_s, index);
         Answer::When(
-            end_s + READ_OUT_S,
+            window.1 + READ_OUT_S,
             Box::new(move |world| {
-                let exposure = Exposure {
-                    illuminance_lx: world.spectroradiometer_lx(now_s, end_s),
-                    phosphor: world.spectroradiometer_phosphor(0.5 * (now_s + end_s)),
-                    integration_s,
-                    detector_c: world.temperature_c(now_s) + SELF_HEATING_C,
-                    index,
-                };
+                let exposure = exposure(world, instrument, window, index);
                 let mut bytes: Vec<u8> = world
                     .room()
                     .exposure_counts(&exposure)
@@ -228,7 +250,7 @@ mod tests {
     #[test]
     fn it_tells_its_calibration_as_the_maker_stores_it() {
         let mut world = World::new(Darkroom::default());
-        let mut twin = Usb2000::new();
+        let mut twin = Usb2000::new(Instrument::Spectroradiometer);
         let mut slot = |slot: u8| {
             let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x05, slot]);
             assert_eq!(&bytes[..5], &[0x81, 17, 0, 0x05, slot]);
@@ -253,7 +275,7 @@ mod tests {
             },
             0.0,
         );
-        let mut twin = Usb2000::new();
+        let mut twin = Usb2000::new(Instrument::Spectroradiometer);
         send(&mut twin, &mut world, 1.0, &[0x02, 0x40, 0x0D, 0x03, 0x00]); // 200 ms
         let (at, stale) = send(&mut twin, &mut world, 1.0, &[0x09]);
         assert!((at - 1.102).abs() < 1e-9);
@@ -276,7 +298,7 @@ mod tests {
     #[test]
     fn the_irradiance_calibration_comes_in_sixty_bytes_of_big_endian_floats() {
         let mut world = World::new(Darkroom::default());
-        let mut twin = Usb2000::new();
+        let mut twin = Usb2000::new(Instrument::Spectroradiometer);
         let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x6D, 0x60, 0x09]);
         assert_eq!(bytes.len(), 3 + 60);
         let factor = f32::from_be_bytes(bytes[3..7].try_into().unwrap());
