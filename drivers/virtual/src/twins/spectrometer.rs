@@ -40,8 +40,8 @@ pub(crate) const LIGHT_METER: TwinKind = TwinKind {
     ..TWIN
 };
 
-/// Behind the address of a spectrometer in the place of the lux meter. The lamp's blue peak is full at 3.8 klx.
-pub(super) const AS_LIGHT_METER: &str = "?calibration=device&integration_ms=100&full_scale_lx=3700";
+/// Behind the address of a spectrometer in the place of the lux meter. The lamp's blue peak is full at 5.9 klx.
+pub(super) const AS_LIGHT_METER: &str = "?calibration=device&integration_ms=100&full_scale_lx=5700";
 
 /// How it takes part in sweeps.
 pub(super) const IN_MOTION: InMotion = InMotion::OnRequest {
