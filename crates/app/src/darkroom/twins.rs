@@ -275,7 +275,9 @@ fn reachable(outlet: &Outlet) -> Reachable {
         driver,
         address,
     } = outlet;
-    let rest = twin(outlet).and_then(|twin| twin.opens.first()).map_or("", |(_, rest)| rest);
+    let rest = twin(outlet)
+        .and_then(|twin| twin.opens.first())
+        .map_or("", |(_, rest)| rest);
     Reachable {
         instrument: instrument.name(),
         address: address.clone(),

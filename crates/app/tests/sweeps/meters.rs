@@ -80,7 +80,7 @@ fn meters_that_are_too_slow_are_refused_before_motion_with_the_speed_that_would_
             "integration_ms=500",
             "5.6 °/s would do, or a shorter integration time",
         );
-        refused(driver, "&full_scale_lx=5700", "", "full_scale_lx, in `open`");
+        refused(driver, "&full_scale_lx=285", "", "full_scale_lx, in `open`");
     }
     refused(
         "ascii-lux",
@@ -92,8 +92,8 @@ fn meters_that_are_too_slow_are_refused_before_motion_with_the_speed_that_would_
 
 #[test]
 fn light_that_fills_a_pixel_has_no_number_and_the_next_try_integrates_for_less() {
-    // Full at 68 lx in 100 ms and not at the 5700 lx that the station states; the lamp has 117 lx.
-    let document = room("[spectroradiometer]\ncounts_per_s = 3.5e8\n[injected_effects]\n");
+    // Full at 68 lx in 100 ms and not at the 285 lx that the station states; the lamp has 117 lx.
+    let document = room("[spectroradiometer]\ncounts_per_s = 1.75e7\n[injected_effects]\n");
     let truth = Room::new(document.clone());
     let (_keep, path) = folder();
     scanned_by("ocean-ooi", &document, &plan(IN_MOTION), Target::New(&path), None).unwrap();

@@ -1,12 +1,25 @@
 //! What falls on a spectrometer in one exposure, as the room's spectroradiometer or in the place of its lux meter.
 
-use isolux_darkroom::Instrument;
 use isolux_darkroom::spectrograph::Exposure;
+use isolux_darkroom::{Instrument, Room};
 
 use crate::world::World;
 
 /// Exposures of an instrument in the place of the lux meter draw their noise from here on.
 const OF_LUX_METER: u64 = 1 << 32;
+
+/// Far from the lamp a lens stands before it in place of the diffuser: so many times the counts.
+pub(super) const LENS: f64 = 20.0;
+
+/// The room as a spectrometer in the place of `instrument` sees it.
+pub(super) fn seen(world: &World, instrument: Instrument) -> Room {
+    if instrument != Instrument::Luxmeter {
+        return world.room().clone();
+    }
+    let mut document = world.room().document().clone();
+    document.spectroradiometer.counts_per_s *= LENS;
+    Room::new(document)
+}
 
 /// Air to detector: the electronics' own heat, K.
 const SELF_HEATING_C: f64 = 4.0;

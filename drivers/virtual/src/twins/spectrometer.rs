@@ -4,11 +4,13 @@
 //! answers, 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count
 //! per second.
 
+use std::sync::Arc;
+
 use isolux_darkroom::spectrograph::{PIXELS, dark_noise_lx, linearity_coefficients};
 use isolux_darkroom::{Darkroom, Instrument, Room};
 use isolux_transport::{LineSettings, Parity};
 
-use super::exposed::{exposure, window_s};
+use super::exposed::{LENS, exposure, seen, window_s};
 use crate::twin::{Answer, InMotion, Twin, TwinKind};
 use crate::world::World;
 
@@ -26,7 +28,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     sweeps: None,
     noise_lx: None,
     calibration: Some(calibration),
-    start: |_| Box::new(Usb2000::new(Instrument::Spectroradiometer)),
+    start: |world| Box::new(Usb2000::new(world, Instrument::Spectroradiometer)),
 };
 
 /// In the place of the lux meter, in the table of twins.
@@ -36,12 +38,12 @@ pub(crate) const LIGHT_METER: TwinKind = TwinKind {
     sweeps: Some(IN_MOTION),
     noise_lx: Some(noise_lx),
     calibration: None,
-    start: |_| Box::new(Usb2000::new(Instrument::Luxmeter)),
+    start: |world| Box::new(Usb2000::new(world, Instrument::Luxmeter)),
     ..TWIN
 };
 
-/// Behind the address of a spectrometer in the place of the lux meter. The lamp's blue peak is full at 5.9 klx.
-pub(super) const AS_LIGHT_METER: &str = "?calibration=device&integration_ms=100&full_scale_lx=5700";
+/// Behind the address of a spectrometer in the place of the lux meter. The lamp's blue peak is full at 295 lx.
+pub(super) const AS_LIGHT_METER: &str = "?calibration=device&integration_ms=100&full_scale_lx=285";
 
 /// How it takes part in sweeps.
 pub(super) const IN_MOTION: InMotion = InMotion::OnRequest {
@@ -51,7 +53,7 @@ pub(super) const IN_MOTION: InMotion = InMotion::OnRequest {
 
 /// Its noise without light at the integration time of its address.
 pub(super) fn noise_lx(document: &Darkroom) -> f64 {
-    dark_noise_lx(&document.spectroradiometer, 0.1)
+    dark_noise_lx(&document.spectroradiometer, 0.1) / LENS
 }
 
 /// The pixels that have a responsivity.
@@ -79,6 +81,8 @@ const INTEGRATION_US: std::ops::RangeInclusive<u32> = 1_000..=655_350_000;
 pub struct Usb2000 {
     /// In whose place it stands.
     instrument: Instrument,
+    /// Shared with exposures that are under way.
+    room: Arc<Room>,
     integration_us: u32,
     /// The integration time under which the next spectrum is still taken.
     stale_us: Option<u32>,
@@ -87,9 +91,10 @@ pub struct Usb2000 {
 
 impl Usb2000 {
     /// The spectrometer in the place of `instrument` at power-up: 100 ms.
-    pub fn new(instrument: Instrument) -> Self {
+    pub fn new(world: &World, instrument: Instrument) -> Self {
         Self {
             instrument,
+            room: Arc::new(seen(world, instrument)),
             integration_us: 100_000,
             stale_us: None,
             exposures: 0,
@@ -111,7 +116,7 @@ impl Usb2000 {
             }
             [0x05, slot] => {
                 let mut answer = vec![0x05, slot];
-                answer.extend(Self::slot(slot, world));
+                answer.extend(self.slot(slot));
                 control(answer)
             }
             [0x09] => self.expose(world, now_s),
@@ -126,7 +131,10 @@ impl Usb2000 {
                 answer.extend(value.to_le_bytes());
                 control(answer)
             }
-            [0x6D, low, high] => control(irradiance_bytes(usize::from(u16::from_le_bytes([low, high])), world)),
+            [0x6D, low, high] => control(irradiance_bytes(
+                usize::from(u16::from_le_bytes([low, high])),
+                &self.room,
+            )),
             [0xFE] => {
                 let mut answer = (PIXELS as u16).to_le_bytes().to_vec();
                 answer.extend(self.integration_us.to_le_bytes());
@@ -138,11 +146,11 @@ impl Usb2000 {
         }
     }
 
-    fn slot(slot: u8, world: &World) -> [u8; 15] {
-        let instrument = &world.room().document().spectroradiometer;
+    fn slot(&self, slot: u8) -> [u8; 15] {
+        let instrument = &self.room.document().spectroradiometer;
         let linearity = linearity_coefficients(instrument);
         let text = match slot {
-            0 => format!("USB2+V{:05}", world.room().document().seed % 100_000),
+            0 => format!("USB2+V{:05}", self.room.document().seed % 100_000),
             1..=4 => exponential(instrument.wavelength_nm[usize::from(slot) - 1]),
             5 => exponential(0.0),
             6..=13 => exponential(linearity[usize::from(slot) - 6]),
@@ -162,15 +170,14 @@ impl Usb2000 {
 
     fn expose(&mut self, world: &World, now_s: f64) -> Answer {
         let integration_s = f64::from(self.stale_us.take().unwrap_or(self.integration_us)) / 1e6;
-        let (instrument, index) = (self.instrument, self.exposures);
+        let (instrument, room, index) = (self.instrument, Arc::clone(&self.room), self.exposures);
         self.exposures += 1;
         let window = window_s(world, instrument, now_s, integration_s, index);
         Answer::When(
             window.1 + READ_OUT_S,
             Box::new(move |world| {
                 let exposure = exposure(world, instrument, window, index);
-                let mut bytes: Vec<u8> = world
-                    .room()
+                let mut bytes: Vec<u8> = room
                     .exposure_counts(&exposure)
                     .iter()
                     .flat_map(|counts| counts.to_le_bytes())
@@ -183,11 +190,11 @@ impl Usb2000 {
 }
 
 /// Sixty bytes of the irradiance calibration from byte `address` on: 2048 big-endian floats.
-fn irradiance_bytes(address: usize, world: &World) -> Vec<u8> {
+fn irradiance_bytes(address: usize, room: &Room) -> Vec<u8> {
     (address..address + 60)
         .map(|place| {
             let factor = if place / 4 < PIXELS {
-                world.room().calibration(place / 4) as f32
+                room.calibration(place / 4) as f32
             } else {
                 0.0
             };
@@ -250,7 +257,7 @@ mod tests {
     #[test]
     fn it_tells_its_calibration_as_the_maker_stores_it() {
         let mut world = World::new(Darkroom::default());
-        let mut twin = Usb2000::new(Instrument::Spectroradiometer);
+        let mut twin = Usb2000::new(&world, Instrument::Spectroradiometer);
         let mut slot = |slot: u8| {
             let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x05, slot]);
             assert_eq!(&bytes[..5], &[0x81, 17, 0, 0x05, slot]);
@@ -275,7 +282,7 @@ mod tests {
             },
             0.0,
         );
-        let mut twin = Usb2000::new(Instrument::Spectroradiometer);
+        let mut twin = Usb2000::new(&world, Instrument::Spectroradiometer);
         send(&mut twin, &mut world, 1.0, &[0x02, 0x40, 0x0D, 0x03, 0x00]); // 200 ms
         let (at, stale) = send(&mut twin, &mut world, 1.0, &[0x09]);
         assert!((at - 1.102).abs() < 1e-9);
@@ -298,7 +305,7 @@ mod tests {
     #[test]
     fn the_irradiance_calibration_comes_in_sixty_bytes_of_big_endian_floats() {
         let mut world = World::new(Darkroom::default());
-        let mut twin = Usb2000::new(Instrument::Spectroradiometer);
+        let mut twin = Usb2000::new(&world, Instrument::Spectroradiometer);
         let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x6D, 0x60, 0x09]);
         assert_eq!(bytes.len(), 3 + 60);
         let factor = f32::from_be_bytes(bytes[3..7].try_into().unwrap());

@@ -3,12 +3,14 @@
 //! Its optics are those of the room's spectrometer; each of its pixels is the mean of two of that one's, in a quarter
 //! of its counts. A message is a header of 44 bytes, a payload, 16 bytes of MD5 or zeros, and a footer.
 
-use isolux_darkroom::Instrument;
+use std::sync::Arc;
+
 use isolux_darkroom::spectrograph::{PIXELS as FINE_PIXELS, linearity_coefficients};
+use isolux_darkroom::{Instrument, Room};
 use isolux_transport::{LineSettings, Parity};
 use md5::{Digest, Md5};
 
-use super::exposed::{detector_c, exposure, window_s};
+use super::exposed::{detector_c, exposure, seen, window_s};
 use super::spectrometer::{AS_LIGHT_METER, IN_MOTION, noise_lx};
 use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
@@ -27,7 +29,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     sweeps: None,
     noise_lx: None,
     calibration: None,
-    start: |_| Box::new(Sts::new(Instrument::Spectroradiometer)),
+    start: |world| Box::new(Sts::new(world, Instrument::Spectroradiometer)),
 };
 
 /// In the place of the lux meter, in the table of twins.
@@ -36,7 +38,7 @@ pub(crate) const LIGHT_METER: TwinKind = TwinKind {
     opens: &[("luxmeter", AS_LIGHT_METER)],
     sweeps: Some(IN_MOTION),
     noise_lx: Some(noise_lx),
-    start: |_| Box::new(Sts::new(Instrument::Luxmeter)),
+    start: |world| Box::new(Sts::new(world, Instrument::Luxmeter)),
     ..TWIN
 };
 
@@ -67,6 +69,8 @@ const MISSING: u16 = 12;
 pub struct Sts {
     /// In whose place it stands.
     instrument: Instrument,
+    /// Shared with exposures that are under way.
+    room: Arc<Room>,
     integration_us: u32,
     /// The integration time under which the next spectrum is still taken.
     stale_us: Option<u32>,
@@ -148,9 +152,10 @@ impl Request {
 
 impl Sts {
     /// The spectrometer in the place of `instrument` at power-up: 10 ms.
-    pub const fn new(instrument: Instrument) -> Self {
+    pub fn new(world: &World, instrument: Instrument) -> Self {
         Self {
             instrument,
+            room: Arc::new(seen(world, instrument)),
             integration_us: 10_000,
             stale_us: None,
             exposures: 0,
@@ -197,7 +202,7 @@ impl Sts {
             0x0018_0100 | 0x0018_1100 => tell(&[if request.kind == 0x0018_0100 { 4 } else { 8 }]),
             0x0018_0101 => one_of(&wavelengths(instrument.wavelength_nm)),
             0x0018_1101 => one_of(&linearity(&linearity_coefficients(instrument))),
-            0x0018_2001 => tell(&irradiance(world)),
+            0x0018_2001 => tell(&irradiance(&self.room)),
             0x0018_2003 => tell(&AREA_CM2.to_le_bytes()),
             0x0018_3100 => tell(&[0]),
             0x0018_3101 => refuse(MISSING),
@@ -209,14 +214,14 @@ impl Sts {
 
     fn expose(&mut self, request: Request, world: &World, now_s: f64) -> Answer {
         let integration_s = f64::from(self.stale_us.take().unwrap_or(self.integration_us)) / 1e6;
-        let (instrument, index) = (self.instrument, self.exposures);
+        let (instrument, room, index) = (self.instrument, Arc::clone(&self.room), self.exposures);
         self.exposures += 1;
         let window = window_s(world, instrument, now_s, integration_s, index);
         Answer::When(
             window.1 + READ_OUT_S,
             Box::new(move |world| {
                 let exposure = exposure(world, instrument, window, index);
-                let fine = world.room().exposure_counts(&exposure);
+                let fine = room.exposure_counts(&exposure);
                 let counts = fine.chunks_exact(2).flat_map(|pair| {
                     let mean = 0.5 * (f64::from(pair[0]) + f64::from(pair[1])) / COUNTS;
                     (mean.round() as u16).min(FULL_SCALE).to_le_bytes()
@@ -248,11 +253,11 @@ fn linearity(fine: &[f64]) -> Vec<f64> {
 }
 
 /// µJ a count: W/(m²·nm) for one count a second, times area and width of the pixel.
-fn irradiance(world: &World) -> Vec<u8> {
-    let instrument = &world.room().document().spectroradiometer;
+fn irradiance(room: &Room) -> Vec<u8> {
+    let instrument = &room.document().spectroradiometer;
     let factors = (0..PIXELS).flat_map(|pixel| {
         let (left, right) = (2 * pixel, 2 * pixel + 1);
-        let factor = 0.5 * (world.room().calibration(left) + world.room().calibration(right)) * COUNTS;
+        let factor = 0.5 * (room.calibration(left) + room.calibration(right)) * COUNTS;
         let width_nm = 2.0 * (instrument.nm_at(right as f64) - instrument.nm_at(left as f64));
         ((100.0 * factor * f64::from(AREA_CM2) * width_nm) as f32).to_le_bytes()
     });

@@ -39,6 +39,10 @@ const AUTO: [f64; 3] = [0.9, 0.8, 0.7];
 /// Exposures of one reading within which the automatic range must have been found.
 const MOST_EXPOSURES: usize = 8;
 
+/// Light of so long is in a reading at rest, of so many exposures at most.
+const AT_REST: Duration = Duration::from_secs(1);
+const MOST_AT_REST: u32 = 10;
+
 /// Exposures by which it is seen how long one takes.
 const TIMED: usize = 3;
 
@@ -177,20 +181,58 @@ impl SpectralLuxMeter {
         Ok(LuxOutcome::Measured(self.lux(sum * of_one)?))
     }
 
-    /// The mean of several spectra, in whole counts.
-    async fn mean(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
-        let first = self.device.acquire(deadline).await?;
-        let mut sums: Vec<u32> = first.counts.iter().map(|counts| u32::from(*counts)).collect();
-        for _ in 1..DARKS {
+    /// `first` and as many spectra after it as make `count`, their mean in whole counts; a pixel that is full in one of
+    /// them stays full.
+    async fn mean(&self, first: RawSpectrum, count: u32, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        let saturation = self.device.properties().saturation_counts;
+        let mut sums: Vec<(u32, bool)> = vec![(0, false); first.counts.len()];
+        let mut add = |raw: &RawSpectrum| {
+            for ((sum, full), counts) in sums.iter_mut().zip(&raw.counts) {
+                *sum += u32::from(*counts);
+                *full |= *counts >= saturation;
+            }
+        };
+        add(&first);
+        let mut ended = first.ended;
+        for _ in 1..count {
             let next = self.device.acquire(deadline).await?;
-            let pixels = sums.iter_mut().zip(&next.counts);
-            pixels.for_each(|(sum, counts)| *sum += u32::from(*counts));
+            add(&next);
+            ended = next.ended;
         }
-        let mean = |sum: u32| ((sum + DARKS / 2) / DARKS) as u16;
+        let mean = |(sum, full): (u32, bool)| {
+            if full {
+                saturation
+            } else {
+                ((sum + count / 2) / count) as u16
+            }
+        };
         Ok(RawSpectrum {
             counts: sums.into_iter().map(mean).collect(),
+            ended,
             ..first
         })
+    }
+
+    /// The mean spectrum of one reading at rest, in the range that was chosen or in the one that suits the light.
+    async fn taken(&self, state: &mut State, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        let mut first = self.device.acquire(deadline).await?;
+        for _ in 1..MOST_EXPOSURES {
+            let better = if state.range == LuxRange::Auto {
+                self.better(state, &first)
+            } else {
+                None
+            };
+            let Some(place) = better else { break };
+            self.choose(state, place).await?;
+            first = self.device.acquire(deadline).await?;
+        }
+        self.mean(first, self.exposures(state.place), deadline).await
+    }
+
+    /// Exposures of one reading at rest: about [`AT_REST`] of light.
+    fn exposures(&self, place: usize) -> u32 {
+        let count = AT_REST.as_secs_f64() / self.times[place].as_secs_f64();
+        (count.round() as u32).clamp(1, MOST_AT_REST)
     }
 }
 
@@ -252,46 +294,27 @@ impl LuxMeter for SpectralLuxMeter {
         let mut state = self.state.lock().await;
         sleep_until(not_before).await;
         let asked = Instant::now();
-        let mut exposures = 0;
-        loop {
-            exposures += 1;
-            let raw = match self.device.acquire(deadline).await {
-                Ok(raw) => raw,
-                // No two exposures agree: the light changes, or the link damages them.
-                Err(error) if error.kind() == ErrorKind::Malformed => {
-                    return Ok(LuxReading {
-                        outcome: LuxOutcome::Unsteady,
-                        range: state.place as u8 + 1,
-                        confirmed_by: None,
-                        digit: self.digit(state.place)?,
-                        began: asked,
-                        ended: Instant::now(),
-                        caution: None,
-                        retries: 0,
-                        evidence: Vec::new(),
-                    });
-                }
-                Err(error) => return Err(error),
-            };
-            if state.range == LuxRange::Auto
-                && exposures < MOST_EXPOSURES
-                && let Some(place) = self.better(&state, &raw)
-            {
-                self.choose(&mut state, place).await?;
-                continue;
+        let taken = self.taken(&mut state, deadline).await;
+        let digit = self.digit(state.place)?;
+        let (outcome, bounds, evidence) = match taken {
+            Ok(raw) => (self.said(&state, &raw)?, (raw.began, raw.ended), evidence(&raw)),
+            // No two exposures agree: the light changes, or the link damages them.
+            Err(error) if error.kind() == ErrorKind::Malformed => {
+                (LuxOutcome::Unsteady, (asked, Instant::now()), Vec::new())
             }
-            return Ok(LuxReading {
-                outcome: self.said(&state, &raw)?,
-                range: state.place as u8 + 1,
-                confirmed_by: None,
-                digit: self.digit(state.place)?,
-                began: raw.began,
-                ended: raw.ended,
-                caution: None,
-                retries: 0,
-                evidence: evidence(&raw),
-            });
-        }
+            Err(error) => return Err(error),
+        };
+        Ok(LuxReading {
+            outcome,
+            range: state.place as u8 + 1,
+            confirmed_by: None,
+            digit,
+            began: bounds.0,
+            ended: bounds.1,
+            caution: None,
+            retries: 0,
+            evidence,
+        })
     }
 
     async fn sample(&self, deadline: Instant) -> Result<LuxSample, DeviceError> {
@@ -331,7 +354,8 @@ impl LuxMeter for SpectralLuxMeter {
         let (mut dark, mut levels) = (Vec::new(), Vec::new());
         for place in 0..self.times.len() {
             self.choose(&mut state, place).await?;
-            let mean = self.mean(deadline).await?;
+            let first = self.device.acquire(deadline).await?;
+            let mean = self.mean(first, DARKS, deadline).await?;
             let counts = mean.counts.iter().map(|counts| f64::from(*counts));
             levels.push(counts.sum::<f64>() / mean.counts.len().max(1) as f64);
             dark.push(mean);

@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn the_weighted_sum_is_the_integral_of_the_spectrum() {
         let wavelength_nm: Vec<f64> = (0..2048)
-            .map(|pixel| f64::from(pixel))
+            .map(f64::from)
             .map(|pixel| 339.26 + pixel * (0.3794 + pixel * (-1.532e-5 - 1.91e-9 * pixel)))
             .collect();
         let factor: Vec<f64> = wavelength_nm
