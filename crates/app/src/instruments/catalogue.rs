@@ -332,6 +332,9 @@ mod tests {
                 let misspelt = Target::parse(&format!("{}?no_such_option=1", example.split('?').next().unwrap()));
                 assert!((driver.place)(&misspelt.unwrap(), *kind).is_err(), "{example}");
             }
+            for (kind, example) in examples(driver) {
+                placed(&Target::parse(&example).unwrap(), kind).unwrap();
+            }
             let same = drivers().filter(|other| other.name == driver.name).count();
             assert_eq!(same, 1, "{}: one driver a name", driver.name);
         }
