@@ -50,7 +50,7 @@ use isolux_photometry::IntensityDistribution;
 use isolux_record::document::SourceText;
 use isolux_record::{Event, Plan, Run, Subject};
 use isolux_reduce::{Options, ReduceError, Reduction, straight_lines_miss_cd};
-use isolux_virtual::twins::Choice;
+use isolux_virtual::twins::{Choice, TWINS, TwinKind};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use toml::{Table, Value};
@@ -271,7 +271,8 @@ fn played(wanted: &Wanted, file: &Utf8Path, lamp: usize, seed: u64, how: How) ->
     };
     let beside = |name: &str| std::fs::read_to_string(folder.join(name)).map_err(|error| error.to_string());
     let room = Room::new(Darkroom::complete(room, &beside)?.0);
-    let figures = judged(&reduction, &room, time_s(&run_folder)?)?;
+    let gain = gain(&wanted.meter, room.document());
+    let figures = judged(&reduction, &room, gain, time_s(&run_folder)?)?;
     Ok(Case {
         lamp,
         how,
@@ -368,13 +369,23 @@ fn time_s(run: &Utf8Path) -> Outcome<f64> {
     Ok(end.duration_since(stable).as_secs_f64())
 }
 
-/// The reduction against the light of the room's lamp at the distance of the scan.
-fn judged(reduction: &Reduction, room: &Room, time_s: f64) -> Outcome<Figures> {
+/// What the lux meter that speaks to `driver` reads of a lux: a spectroradiometer in its place has an error of its own.
+fn gain(driver: &str, document: &Darkroom) -> f64 {
+    let plays = |twin: &&TwinKind| twin.driver == driver && twin.instrument == Instrument::Spectroradiometer;
+    1.0 + if TWINS.iter().any(|twin| plays(&twin)) {
+        document.spectroradiometer.gain_error_rel
+    } else {
+        document.luxmeter.gain_error_rel
+    }
+}
+
+/// The reduction against the light of the room's lamp at the distance of the scan, by a meter that reads `gain` times it.
+fn judged(reduction: &Reduction, room: &Room, gain: f64, time_s: f64) -> Outcome<Figures> {
     let read = &reduction.grid.distribution;
     let ages: Vec<f64> = reduction.grid.nodes.iter().filter_map(|node| node.lamp_s).collect();
     let middle_s = ages.iter().sum::<f64>() / ages.len().max(1) as f64;
     let document = room.document();
-    let gain = (1.0 + document.luxmeter.gain_error_rel) * relative_output(&document.injected_effects, middle_s, 0.5);
+    let gain = gain * relative_output(&document.injected_effects, middle_s, 0.5);
     let distance_mm = reduction.distance_mm;
     let truth = |c_deg: f64, gamma_deg: f64| {
         let at = Observation {

@@ -78,6 +78,8 @@ impl Meter {
                 range_full_scale: Vec::new(),
                 update_interval: Duration::from_millis(200),
                 integration: Duration::from_millis(200),
+                range_integration: Vec::new(),
+                needs_dark: false,
                 converts: Conversions::OnRequest,
             },
         })
@@ -143,6 +145,10 @@ impl LuxMeter for Meter {
                 reason: "the meter has one range".to_owned(),
             }),
         }
+    }
+
+    async fn take_dark(&self, _: Instant) -> Result<Option<String>, DeviceError> {
+        Ok(None)
     }
 }
 

@@ -278,6 +278,13 @@ impl Target {
         }
     }
 
+    /// The same without the options `keys`: for what is wrapped in something that understands those.
+    #[must_use]
+    pub fn without(mut self, keys: &[&str]) -> Self {
+        self.options.retain(|(key, _)| !keys.contains(&key.as_str()));
+        self
+    }
+
     /// Refuses options that the driver does not know: a misspelt one must not pass for a default.
     ///
     /// # Errors

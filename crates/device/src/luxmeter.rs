@@ -38,6 +38,13 @@ pub trait LuxMeter: Send + Sync {
     /// # Errors
     /// [`Unsupported`](DeviceError::Unsupported) for a range that the meter does not have.
     async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError>;
+
+    /// Takes what it reads now for its dark, in every range, and says in a sentence what it found; none where the meter
+    /// needs no dark ([`LuxMeterProperties::needs_dark`]). No light may fall on it.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); [`Fault`](DeviceError::Fault) where light falls on it.
+    async fn take_dark(&self, deadline: Instant) -> Result<Option<String>, DeviceError>;
 }
 
 /// A measuring range as asked for.
@@ -58,8 +65,21 @@ pub struct LuxMeterProperties {
     pub update_interval: Duration,
     /// Each conversion integrates the light of at most this long.
     pub integration: Duration,
+    /// Of so long in each range, in the order of `range_full_scale`; empty where it is the same in all.
+    pub range_integration: Vec<Duration>,
     /// What is known of the instants of its conversions.
     pub converts: Conversions,
+    /// It gives no number before [`LuxMeter::take_dark`].
+    pub needs_dark: bool,
+}
+
+impl LuxMeterProperties {
+    /// How long a conversion in `range` integrates, in the meter's own numbering.
+    pub fn integration_in(&self, range: u8) -> Duration {
+        let place = usize::from(range).checked_sub(1);
+        let own = place.and_then(|place| self.range_integration.get(place));
+        own.copied().unwrap_or(self.integration)
+    }
 }
 
 /// When a meter converts, and which conversion [`LuxMeter::sample`] gets.

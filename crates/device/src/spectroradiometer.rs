@@ -30,6 +30,14 @@ pub trait Spectroradiometer: Send + Sync {
     /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Malformed`](DeviceError::Malformed) for a spectrum of the
     /// wrong length or without its end mark.
     async fn acquire(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError>;
+
+    /// The next spectrum, at once and confirmed by no second one, for light that changes while it is read. It was
+    /// integrated from [`RawSpectrum::began`] on; its detector's temperature is not asked for.
+    ///
+    /// # Errors
+    /// As [`acquire`](Self::acquire), and for a spectrum that was ready before it could be integrated: when its light was
+    /// is not known. After an error the next call first proves that the line is in step.
+    async fn sample(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError>;
 }
 
 /// What is fixed about a spectrometer.

@@ -24,6 +24,7 @@ mod around;
 mod asleep;
 mod at_rest;
 mod coverage;
+mod dark;
 mod gaps;
 mod half_planes;
 mod limit;
@@ -144,6 +145,8 @@ async fn panic_as_error(work: impl Future<Output = Result<(), ScanError>>) -> Re
     .await
 }
 
+#[cfg(test)]
+mod darks;
 #[cfg(test)]
 mod drifts;
 #[cfg(test)]

@@ -10,6 +10,7 @@ pub mod cancel;
 mod chosen;
 pub mod clock;
 mod conversions;
+pub mod dark;
 pub mod devices;
 pub mod distance;
 pub mod dry_run;

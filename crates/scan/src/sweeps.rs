@@ -27,7 +27,13 @@ pub(crate) const AT_REST: usize = 10;
 /// The speed of a sweep over γ of this finest step at which a meter that converts on request, with this integration
 /// time, still follows, °/s.
 pub fn most_deg_s(step_deg: f64, integration_s: f64) -> f64 {
-    step_deg / (PER_STEP * (integration_s + EXCHANGE_S))
+    step_deg / (PER_STEP * every_s(integration_s, integration_s))
+}
+
+/// How often a meter that converts on request gives a value: its integration and the exchange around it, or what it
+/// takes itself from one value to the next where that is longer, s.
+fn every_s(integration_s: f64, update_interval_s: f64) -> f64 {
+    (integration_s + EXCHANGE_S).max(update_interval_s)
 }
 
 /// The same of a meter that converts by a clock of its own, with a new value so often.
@@ -57,8 +63,9 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
         let step_deg = step_deg(block);
         let (every_s, most) = match properties.converts {
             Conversions::OnRequest => {
-                let integration_s = properties.integration.as_secs_f64();
-                (integration_s + EXCHANGE_S, most_deg_s(step_deg, integration_s))
+                let times = [properties.integration, properties.update_interval].map(|time| time.as_secs_f64());
+                let every_s = every_s(times[0], times[1]);
+                (every_s, step_deg / (PER_STEP * every_s))
             }
             Conversions::ByOwnClock => {
                 let update_s = properties.update_interval.as_secs_f64();
@@ -69,8 +76,8 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
                     "mode",
                     format!(
                         "{model} does not say when it converts: sweeps need a meter that converts on request (driver \
-                         gigahertz-p9710) or whose clock its answers show (konica-t10a); leave `mode` out of \
-                         block `{}`",
+                         gigahertz-p9710, a spectroradiometer, a profile that says so) or whose clock its answers show \
+                         (konica-t10a); leave `mode` out of block `{}`",
                         block.name
                     ),
                 );
@@ -80,7 +87,8 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
             return fault(
                 "mode",
                 format!(
-                    "a sweep holds one range, and the ranges of {model} are not known in lx: state its sensitivity, a_per_lx, in `open`"
+                    "a sweep holds one range, and the ranges of {model} are not known in lx: state its sensitivity, \
+                     a_per_lx, or of a spectroradiometer full_scale_lx, in `open`"
                 ),
             );
         }

@@ -1,6 +1,6 @@
 //! A bench of fakes for the tests of this crate: axes that take their time, a lamp that warms up, a meter that rounds.
 
-mod fakes;
+pub mod fakes;
 mod room;
 
 use std::sync::{Arc, Mutex};
@@ -124,6 +124,8 @@ pub fn bench() -> (Devices, Shared) {
                 range_full_scale: vec![Lux::new(299_900.0).unwrap()],
                 update_interval: Duration::from_millis(500),
                 integration: Duration::from_millis(500),
+                range_integration: Vec::new(),
+                needs_dark: false,
                 converts: Conversions::OnRequest,
             },
             room: room.clone(),

@@ -3,6 +3,7 @@
 use crate::noise::{Noise, Stream};
 use crate::parts::Spectroradiometer;
 use crate::room::Room;
+use crate::spectrum::v_lambda;
 
 /// Pixels of the detector.
 pub const PIXELS: usize = 2048;
@@ -116,6 +117,19 @@ impl Room {
             })
             .collect()
     }
+}
+
+/// Noise of the illuminance that exposures of `integration_s` give without light, weighted by V(λ), lx: read noise and
+/// that of the dark current at 25 °C, as independent in each pixel.
+pub fn dark_noise_lx(instrument: &Spectroradiometer, integration_s: f64) -> f64 {
+    let dark = instrument.dark_counts_per_s * integration_s / instrument.electrons_per_count;
+    let counts = (instrument.read_noise_counts.powi(2) + dark).sqrt();
+    let squares = (1..PIXELS).map(|pixel| {
+        let [before_nm, nm] = [pixel - 1, pixel].map(|pixel| instrument.nm_at(pixel as f64));
+        let per_count = (nm - before_nm) / (responsivity(nm) * instrument.counts_per_s * integration_s);
+        (683.0 * v_lambda(nm) * per_count * counts).powi(2)
+    });
+    squares.sum::<f64>().sqrt()
 }
 
 /// The detector's loss towards full scale.

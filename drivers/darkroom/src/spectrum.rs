@@ -11,6 +11,14 @@ pub const FIRST_NM: usize = 360;
 /// Last wavelength of the tables, nm.
 pub const LAST_NM: usize = 830;
 
+/// V(λ) at the nearest whole nanometre; zero outside the table.
+pub fn v_lambda(wavelength_nm: f64) -> f64 {
+    let place = wavelength_nm.round() - FIRST_NM as f64;
+    let row = (place >= 0.0).then(|| V_LAMBDA.lines().nth(place as usize)).flatten();
+    row.and_then(|row| row.split_once(',')?.1.trim().parse().ok())
+        .unwrap_or(0.0)
+}
+
 /// Relative spectral power at `wavelength_nm` of light with `phosphor` times the phosphor's part; with 1 CCT 5896 K, Ra
 /// 85.1, 311.4 lm/W, peak at 457 nm.
 ///

@@ -62,6 +62,8 @@ impl<L: Language> LuxMeterFactory for Opener<L> {
             range_full_scale: tops.filter_map(|(top_lx, _)| Lux::new(top_lx).ok()).collect(),
             update_interval: language.timing().update_interval,
             integration: language.timing().integration,
+            range_integration: Vec::new(),
+            needs_dark: false,
             converts: match (language.timing().converts, language.soonest()) {
                 (Converts::OnRequest, _) => Conversions::OnRequest,
                 (Converts::Always | Converts::AlwaysAndRepeats, Some(_)) => Conversions::ByOwnClock,
@@ -127,5 +129,9 @@ impl<L: Language> LuxMeter for Meter<L> {
         }
         self.connected.chosen(range);
         Ok(())
+    }
+
+    async fn take_dark(&self, _: Instant) -> Result<Option<String>, DeviceError> {
+        Ok(None)
     }
 }

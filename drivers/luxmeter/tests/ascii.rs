@@ -194,8 +194,9 @@ async fn the_template_opens_says_who_it_is_and_reads_no_light_from_before() {
         reading.illuminance().is_some() && reading.digit.value() == 0.01,
         "{reading:?}"
     );
+    meter.set_range(LuxRange::Fixed(1)).await.unwrap();
     assert_eq!(
-        meter.set_range(LuxRange::Fixed(1)).await.unwrap_err().kind(),
+        meter.set_range(LuxRange::Fixed(2)).await.unwrap_err().kind(),
         ErrorKind::Unsupported
     );
 }
@@ -299,7 +300,7 @@ async fn a_file_begins_in_the_folder_of_the_station_and_what_is_wrong_is_one_mes
         ),
         (
             "ascii-lux:memory:meter",
-            &["profile=NAME (template) or profile=FILE.toml"],
+            &["profile=NAME (template, template-on-request) or profile=FILE.toml"],
         ),
         ("ascii-lux:memory:meter?profile=other", &["no such profile"]),
         (

@@ -1,6 +1,7 @@
 //! Spectroradiometer drivers, one module an instrument.
 
 mod agreement;
+mod in_motion;
 mod line;
 mod obp;
 mod ooi;

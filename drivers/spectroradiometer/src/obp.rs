@@ -25,6 +25,7 @@ use tokio::time::Instant;
 
 use self::asker::{Asker, LONG_ANSWER, PATIENCE};
 use crate::agreement::Pair;
+use crate::in_motion::{READY, light_began};
 use crate::place::usb_place;
 use crate::stored::{factors_can_be, linearity_can_be, polynomial, wavelengths_can_be};
 
@@ -48,6 +49,9 @@ const USB: UsbProfile = UsbProfile {
 
 /// A short answer.
 const ANSWER: Duration = Duration::from_millis(500);
+
+/// Over and above twice what the read-out of earlier spectra took: a spectrum in motion is given up then.
+const BESIDE: Duration = Duration::from_millis(200);
 
 /// Exposures of one spectrum within which two in a row must be good.
 const MOST_EXPOSURES: usize = 8;
@@ -113,8 +117,19 @@ struct OceanObp {
     has_temperature: bool,
     /// The integration time can be asked for.
     reads_back: bool,
-    /// Integration time in use; held while a spectrum is taken.
-    integration: Mutex<Duration>,
+    /// Held while a spectrum is taken.
+    state: Mutex<State>,
+}
+
+struct State {
+    /// Integration time in use.
+    integration: Duration,
+    /// A spectrum in motion was given up and may still come, or bytes came that nobody asked for.
+    in_doubt: bool,
+    /// Count of the bus when the line was last known to be in step.
+    unsolicited: u64,
+    /// The longest that read-out and transfer took, over and above the exposure.
+    read_out: Duration,
 }
 
 impl OceanObp {
@@ -182,7 +197,13 @@ impl OceanObp {
             properties,
             has_temperature,
             reads_back,
-            integration: Mutex::new(first),
+            state: Mutex::new(State {
+                integration: first,
+                // Opening it may have left something on its way.
+                in_doubt: true,
+                unsolicited: 0,
+                read_out: Duration::ZERO,
+            }),
         };
         instrument.set_integration_time(first).await?;
         Ok(instrument)
@@ -308,7 +329,7 @@ impl Spectroradiometer for OceanObp {
                 format!("the integration time is {shortest:?} to {longest:?}"),
             ));
         };
-        let mut integration = self.integration.lock().await;
+        let mut state = self.state.lock().await;
         self.line.command(Request::SetIntegration(us)).await?;
         // Where it cannot be read back the acknowledgement has to do.
         if self.reads_back {
@@ -317,21 +338,24 @@ impl Spectroradiometer for OceanObp {
                 return Err(self.line.fault(&format!("{us} µs were set, {found:?} is read back")));
             }
         }
-        let longer = time.max(*integration);
-        *integration = time;
+        let longer = time.max(state.integration);
+        state.integration = time;
         // The exposure under way was begun with the old time.
-        self.expose(longer, Instant::now() + 3 * (2 * longer + LONG_ANSWER))
+        let (.., requested) = self
+            .expose(longer, Instant::now() + 3 * (2 * longer + LONG_ANSWER))
             .await?;
+        state.read_out = state.read_out.max(requested.elapsed().saturating_sub(longer));
         Ok(time)
     }
 
     async fn acquire(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
-        let integration = self.integration.lock().await;
+        let state = self.state.lock().await;
+        let integration = state.integration;
         let mut before: Option<Vec<u16>> = None;
         let mut reason = String::new();
         for _ in 0..MOST_EXPOSURES {
             let unsolicited = self.line.bus.unsolicited();
-            let (counts, checked, began) = self.expose(*integration, deadline).await?;
+            let (counts, checked, began) = self.expose(integration, deadline).await?;
             let ended = Instant::now();
             let Some(before) = before.replace(counts.clone()) else {
                 continue;
@@ -349,13 +373,13 @@ impl Spectroradiometer for OceanObp {
                 }
                 _ => {}
             }
-            if !self.in_step(*integration, unsolicited).await? {
+            if !self.in_step(integration, unsolicited).await? {
                 "an answer came that nothing had asked for".clone_into(&mut reason);
                 continue;
             }
             return Ok(RawSpectrum {
                 counts,
-                integration_time: *integration,
+                integration_time: integration,
                 detector_c: self.temperature().await?,
                 began,
                 ended,
@@ -364,5 +388,41 @@ impl Spectroradiometer for OceanObp {
         Err(self
             .line
             .fault(&format!("{MOST_EXPOSURES} exposures gave no good spectrum: {reason}")))
+    }
+
+    async fn sample(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        let mut state = self.state.lock().await;
+        let integration_time = state.integration;
+        let unsolicited = self.line.bus.unsolicited();
+        if state.in_doubt {
+            if !self.in_step(integration_time, unsolicited).await? {
+                return Err(self.line.fault("answers are on their way that nobody asked for"));
+            }
+            state.unsolicited = unsolicited;
+        }
+        state.in_doubt = true;
+        let too_much = || self.line.fault("bytes arrived that nobody asked for");
+        if state.unsolicited != unsolicited {
+            return Err(too_much());
+        }
+        let requested = Instant::now();
+        let patience = 2 * (integration_time + state.read_out) + BESIDE;
+        let counts = match self.line.once(Request::Spectrum, patience, deadline).await?.value {
+            Value::Spectrum(counts) => counts,
+            other => return Err(self.line.refused(Request::Spectrum, &other)),
+        };
+        let ended = Instant::now();
+        if self.line.bus.unsolicited() != unsolicited {
+            return Err(too_much());
+        }
+        let began = light_began(requested, ended, integration_time).ok_or_else(|| self.line.fault(READY))?;
+        state.in_doubt = false;
+        Ok(RawSpectrum {
+            counts,
+            integration_time,
+            detector_c: None,
+            began,
+            ended,
+        })
     }
 }

@@ -26,6 +26,7 @@ use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep};
 
 use crate::agreement::Pair;
+use crate::in_motion::{READY, light_began};
 use crate::line::Line;
 use crate::place::usb_place;
 use crate::stored::Stored;
@@ -46,6 +47,9 @@ const READ_OUT: Duration = Duration::from_secs(1);
 
 /// After command 01.
 const INITIALIZE: Duration = Duration::from_millis(100);
+
+/// Over and above twice what the read-out of earlier spectra took: a spectrum in motion is given up then.
+const BESIDE: Duration = Duration::from_millis(200);
 
 /// Exposures of one spectrum within which two in a row must agree.
 const MOST_EXPOSURES: usize = 8;
@@ -117,6 +121,8 @@ struct State {
     in_doubt: bool,
     /// Count of the bus when the line was last known to be in step.
     unsolicited: u64,
+    /// The longest that read-out and transfer took, over and above the exposure.
+    read_out: Duration,
 }
 
 impl OceanOoi {
@@ -169,6 +175,7 @@ impl OceanOoi {
             integration: microseconds(status.integration_us),
             in_doubt: false,
             unsolicited: line.unsolicited(),
+            read_out: Duration::ZERO,
         });
         Ok(Self {
             line,
@@ -187,7 +194,7 @@ impl OceanOoi {
     ) -> Result<(Vec<u16>, Instant), DeviceError> {
         let mut tries = 1;
         loop {
-            let error = match self.exposed(state, exposure, deadline).await {
+            let error = match self.exposed(state, 2 * exposure + READ_OUT, deadline).await {
                 Ok(exposed) => return Ok(exposed),
                 // A spectrum that does not come costs its exposure: it is not asked for again.
                 Err((what, error)) if tries >= TRIES || !what.is_worth_another_try(&error) => return Err(error),
@@ -203,7 +210,7 @@ impl OceanOoi {
     async fn exposed(
         &self,
         state: &mut State,
-        exposure: Duration,
+        patience: Duration,
         deadline: Instant,
     ) -> Result<(Vec<u16>, Instant), (Asked, DeviceError)> {
         if state.in_doubt {
@@ -215,16 +222,45 @@ impl OceanOoi {
         let requested = Instant::now();
         let answer = self
             .line
-            .ask_within(Request::Spectrum, "spectrum", 2 * exposure + READ_OUT, deadline)
+            .ask_within(Request::Spectrum, "spectrum", patience, deadline)
             .await;
         match answer {
             Ok(Answer::Spectrum(counts)) => {
                 state.in_doubt = false;
+                let beside = requested.elapsed().saturating_sub(state.integration);
+                state.read_out = state.read_out.max(beside);
                 Ok((counts, requested))
             }
             Ok(_) => Err((Asked::Spectrum, self.line.fault("another answer than a spectrum", &[]))),
             Err(error) => Err((Asked::Spectrum, error)),
         }
+    }
+
+    /// See [`Spectroradiometer::sample`].
+    async fn next(&self, state: &mut State, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        let too_much = || self.line.fault("bytes arrived that nobody asked for", &[]);
+        if !state.in_doubt && self.surplus(state) {
+            return Err(too_much());
+        }
+        let integration_time = state.integration;
+        let patience = 2 * (integration_time + state.read_out) + BESIDE;
+        let exposed = self.exposed(state, patience, deadline).await;
+        let (counts, requested) = exposed.map_err(|(_, error)| error)?;
+        let ended = Instant::now();
+        if self.surplus(state) {
+            return Err(too_much());
+        }
+        let Some(began) = light_began(requested, ended, integration_time) else {
+            state.in_doubt = true;
+            return Err(self.line.fault(READY, &[]));
+        };
+        Ok(RawSpectrum {
+            counts,
+            integration_time,
+            detector_c: None,
+            began,
+            ended,
+        })
     }
 }
 
@@ -329,6 +365,11 @@ impl Spectroradiometer for OceanOoi {
             format!("of {MOST_EXPOSURES} exposures no two in a row agree; of the last two: {disagreement}"),
             Vec::new(),
         ))
+    }
+
+    async fn sample(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        let mut state = self.state.lock().await;
+        self.next(&mut state, deadline).await
     }
 }
 

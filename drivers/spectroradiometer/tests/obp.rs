@@ -125,6 +125,39 @@ async fn an_instrument_without_sums_is_opened_and_read_twice() {
     assert_eq!(instrument.lock().unwrap().heard.iter().filter(spectra).count(), 2);
 }
 
+/// The one above has its answer after 15 ms, whatever its integration time is.
+#[tokio::test(start_paused = true)]
+async fn in_motion_a_spectrum_is_asked_for_once_and_one_that_was_ready_has_no_moment() {
+    let (driver, instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    spectro.sample(deadline()).await.unwrap();
+    for (milliseconds, since_ms) in [(10, Some(15)), (20, Some(20)), (40, None)] {
+        let time = Duration::from_millis(milliseconds);
+        spectro.set_integration_time(time).await.unwrap();
+        instrument.lock().unwrap().heard.clear();
+        let sampled = spectro.sample(deadline()).await;
+        assert_eq!(instrument.lock().unwrap().heard, [SPECTRUM]);
+        match (sampled, since_ms) {
+            (Ok(raw), Some(since_ms)) => assert_eq!((raw.ended - raw.began).as_millis(), since_ms),
+            (Err(error), None) => assert!(error.to_string().contains("was ready before"), "{error}"),
+            (other, _) => panic!("{time:?}: {other:?}"),
+        }
+    }
+    // What failed is followed by a proof, here the serial number, as the time cannot be asked for.
+    instrument.lock().unwrap().heard.clear();
+    spectro.sample(deadline()).await.unwrap_err();
+    assert_eq!(instrument.lock().unwrap().heard, [SERIAL, SPECTRUM]);
+    // One that is lost is given up soon: twice its time and read-out, and 200 ms.
+    instrument.lock().unwrap().dead = true;
+    spectro
+        .set_integration_time(Duration::from_millis(10))
+        .await
+        .unwrap_err();
+    let called = Instant::now();
+    spectro.sample(deadline()).await.unwrap_err();
+    assert!(called.elapsed() < Duration::from_millis(1200), "{:?}", called.elapsed());
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_dead_instrument_is_asked_as_often_as_is_stated() {
     let (driver, instrument) = bench();

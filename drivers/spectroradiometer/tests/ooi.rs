@@ -278,6 +278,36 @@ async fn no_stale_spectrum_after_a_pause_or_a_change_of_time() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn in_motion_each_spectrum_says_when_its_light_was() {
+    let (driver, instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    let power_on = instrument.lock().unwrap().began;
+    let time = Duration::from_millis(100);
+    spectro.set_integration_time(time).await.unwrap();
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    // The one that was stored has no moment; nor has one after a pause of more than half an exposure.
+    let stored = spectro.sample(deadline()).await.unwrap_err();
+    assert!(stored.to_string().contains("was ready before"), "{stored}");
+    for pause_ms in [0, 0, 3, 30, 70, 0] {
+        tokio::time::sleep(Duration::from_millis(pause_ms)).await;
+        let sampled = spectro.sample(deadline()).await;
+        if pause_ms == 70 {
+            sampled.unwrap_err();
+            continue;
+        }
+        let raw = sampled.unwrap();
+        let begun = power_on + Duration::from_millis(exposure(&raw.counts).0);
+        let off = raw.began.max(begun) - raw.began.min(begun);
+        assert!(off <= Duration::from_millis(2), "after {pause_ms} ms: {off:?}");
+    }
+    // A lost one is given up soon.
+    instrument.lock().unwrap().spectrum_faults.push_back(Fault::Silent);
+    let called = Instant::now();
+    spectro.sample(deadline()).await.unwrap_err();
+    assert!(called.elapsed() < Duration::from_millis(600), "{:?}", called.elapsed());
+}
+
+#[tokio::test(start_paused = true)]
 async fn damaged_spectra_are_taken_again_and_late_ones_never_mistaken() {
     let (driver, instrument) = bench();
     let spectro = open(&driver).await.unwrap();

@@ -206,7 +206,10 @@ async fn of(twin: &TwinKind) {
 
 fn main() {
     println!("own share of a reading, bytes both ways and their time on the line");
-    for twin in TWINS {
+    // A spectrometer in the place of the lux meter has the driver of one.
+    let is_spectrometer = |driver: &str| isolux_spectroradiometer::DRIVERS.iter().any(|one| one.name == driver);
+    let in_place = |twin: &&TwinKind| twin.instrument == Instrument::Luxmeter && is_spectrometer(twin.driver);
+    for twin in TWINS.iter().filter(|twin| !in_place(twin)) {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_time()
             .start_paused(true)

@@ -36,8 +36,10 @@ pub fn station_in(darkroom: Option<&str>, document: &Darkroom, outlets: &[Outlet
 }
 
 /// The twin at an outlet. What hangs on a controller of axes is such a controller.
-fn twin(outlet: &Outlet) -> Option<&'static TwinKind> {
-    TWINS.iter().find(|twin| twin.driver == outlet.driver)
+pub fn twin(outlet: &Outlet) -> Option<&'static TwinKind> {
+    let mut speaking = TWINS.iter().filter(|twin| twin.driver == outlet.driver);
+    let own = speaking.clone().find(|twin| twin.instrument == outlet.instrument);
+    own.or_else(|| speaking.next())
 }
 
 /// `open` of a part of the station, at the first outlet that can be it.
@@ -78,10 +80,12 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
         }
     }
     if let Some(open) = open("luxmeter") {
+        let of_twin = outlets.iter().find_map(|outlet| twin(outlet)?.noise_lx);
+        let noise_lx = of_twin.map_or(document.luxmeter.noise_lx, |noise_lx| two_digits(noise_lx(document)));
         text.push_str(&format!(
             "\n[luxmeter]\nopen = \"{open}\"\ncalibration_factor = 1.0\nu_rel = 0.004\n\
              certificate = \"virtual 1\"\nnoise_rel = {:?}\nnoise_lx = {:?}\n",
-            document.luxmeter.noise_rel, document.luxmeter.noise_lx
+            document.luxmeter.noise_rel, noise_lx
         ));
     }
     if let Some(open) = open("spectroradiometer") {

@@ -1,6 +1,6 @@
 //! What a twin is: an instrument that answers bytes, and what servers and writers of station files know of it.
 
-use isolux_darkroom::{Instrument, Room};
+use isolux_darkroom::{Darkroom, Instrument, Room};
 use isolux_transport::LineSettings;
 
 use crate::world::World;
@@ -17,6 +17,8 @@ pub struct TwinKind {
     pub opens: &'static [(&'static str, &'static str)],
     /// How it takes part in a plan that reads while γ moves; none where this axis or meter cannot.
     pub sweeps: Option<InMotion>,
+    /// Of a lux meter: its noise without light in that room, lx, where it is not that of the room's meter.
+    pub noise_lx: Option<fn(&Darkroom) -> f64>,
     /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per
     /// second; none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
     pub calibration: Option<fn(&Room) -> String>,

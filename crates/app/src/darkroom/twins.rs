@@ -7,8 +7,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::fault::Order;
 use isolux_virtual::outlet::{self, Offer, Outlet};
-use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in};
-use isolux_virtual::twins::TWINS;
+use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in, twin};
 use isolux_virtual::{Instrument, Serving, Switches, VirtualRoom};
 
 use crate::darkroom::capture;
@@ -276,8 +275,9 @@ fn reachable(outlet: &Outlet) -> Reachable {
         driver,
         address,
     } = outlet;
-    let twin = TWINS.iter().find(|twin| twin.driver == *driver);
-    let rest = twin.and_then(|twin| twin.opens.first()).map_or("", |(_, rest)| rest);
+    let rest = twin(outlet)
+        .and_then(|twin| twin.opens.first())
+        .map_or("", |(_, rest)| rest);
     Reachable {
         instrument: instrument.name(),
         address: address.clone(),

@@ -9,10 +9,11 @@ use isolux_device::{
     Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, PowerMeter, Spectroradiometer, Switch, Target,
     Thermometer,
 };
-use isolux_transport::{Driver, Links, Ports};
+use isolux_transport::{Driver, Links, Place, Ports};
 use isolux_units::Millimetre;
 
 use crate::Failure;
+use crate::instruments::spectral_lux::{self, SpectralLuxMeter};
 
 /// The drivers, by crate. A new crate is one entry here, a new driver one in the list of its crate.
 const DRIVERS: &[&[Driver]] = &[
@@ -50,16 +51,23 @@ fn folder(file: &Utf8Path) -> &Path {
 /// # Errors
 /// [`OpenError::Address`].
 pub fn place(open: &str, kind: Kind, file: &Utf8Path) -> Result<(), OpenError> {
-    placed(&target(open, file)?, kind)
+    placed(&target(open, file)?, kind).map(drop)
 }
 
-fn placed(target: &Target, kind: Kind) -> Result<(), OpenError> {
-    let opens = |driver: &Driver| driver.examples.iter().any(|(known, _)| *known == kind);
+/// What `target` uses behind its link as a `kind`, by the word of its driver.
+///
+/// # Errors
+/// [`OpenError::Address`].
+pub(crate) fn placed(target: &Target, kind: Kind) -> Result<Place, OpenError> {
     match driver(target.driver()) {
-        Some(driver) if opens(driver) => (driver.place)(target, kind).map(drop),
+        Some(driver) if opens(driver, kind) => (driver.place)(target, kind),
+        Some(driver) if reads_light_by_spectra(driver, kind) => {
+            let (_, instrument) = spectral_lux::Settings::of(target)?;
+            (driver.place)(&instrument, Kind::Spectroradiometer)
+        }
         known => {
             let able: Vec<&str> = drivers()
-                .filter(|driver| opens(driver))
+                .filter(|driver| opens(driver, kind) || reads_light_by_spectra(driver, kind))
                 .map(|driver| driver.name)
                 .collect();
             let (name, kind, able) = (target.driver(), kind.name(), able.join(", "));
@@ -69,6 +77,27 @@ fn placed(target: &Target, kind: Kind) -> Result<(), OpenError> {
             }))
         }
     }
+}
+
+fn opens(driver: &Driver, kind: Kind) -> bool {
+    driver.examples.iter().any(|(known, _)| *known == kind)
+}
+
+/// Whether the lux meter that is asked for is a spectroradiometer of this driver.
+fn reads_light_by_spectra(driver: &Driver, kind: Kind) -> bool {
+    kind == Kind::LuxMeter && !opens(driver, kind) && opens(driver, Kind::Spectroradiometer)
+}
+
+/// Examples of `open`, one a kind of device that `driver` opens, and for a lux meter that is a spectroradiometer.
+pub fn examples(driver: &Driver) -> Vec<(Kind, String)> {
+    let own = driver.examples.iter().map(|(kind, open)| (*kind, (*open).to_owned()));
+    let mut all: Vec<(Kind, String)> = own.collect();
+    let spectral = all.iter().find(|(kind, _)| *kind == Kind::Spectroradiometer);
+    if let Some((_, open)) = spectral.filter(|_| reads_light_by_spectra(driver, Kind::LuxMeter)) {
+        let open = format!("{open}?{}", spectral_lux::EXAMPLE);
+        all.push((Kind::LuxMeter, open));
+    }
+    all
 }
 
 /// Full scale and last digit of every range of the lux meter at `open` of the station in `file`, in lx; empty where
@@ -131,6 +160,12 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`].
     pub async fn lux_meter(&self, open: &str) -> Result<Box<dyn LuxMeter>, OpenError> {
+        let target = Target::parse(open)?.within(&self.folder);
+        if driver(target.driver()).is_some_and(|driver| reads_light_by_spectra(driver, Kind::LuxMeter)) {
+            let (settings, instrument) = spectral_lux::Settings::of(&target)?;
+            let instrument = self.spectroradiometer_at(&instrument).await?;
+            return Ok(Box::new(SpectralLuxMeter::open(instrument, settings).await?));
+        }
         let (target, factory) = self.factory(open, Kind::LuxMeter, |opens| opens.lux_meter.as_ref())?;
         factory.open_lux_meter(&target).await
     }
@@ -140,9 +175,15 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`].
     pub async fn spectroradiometer(&self, open: &str) -> Result<Box<dyn Spectroradiometer>, OpenError> {
-        let (target, factory) =
-            self.factory(open, Kind::Spectroradiometer, |opens| opens.spectroradiometer.as_ref())?;
-        factory.open_spectroradiometer(&target).await
+        self.spectroradiometer_at(&Target::parse(open)?.within(&self.folder))
+            .await
+    }
+
+    async fn spectroradiometer_at(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError> {
+        let factory = self.factory_of(target, Kind::Spectroradiometer, |opens| {
+            opens.spectroradiometer.as_ref()
+        })?;
+        factory.open_spectroradiometer(target).await
     }
 
     /// Opens a switch.
@@ -179,10 +220,20 @@ impl Catalogue {
         select: impl Fn(&'a Factories) -> Option<&'a Arc<F>>,
     ) -> Result<(Target, &'a Arc<F>), OpenError> {
         let target = Target::parse(open)?.within(&self.folder);
-        placed(&target, kind)?;
+        let factory = self.factory_of(&target, kind, select)?;
+        Ok((target, factory))
+    }
+
+    fn factory_of<'a, F: ?Sized>(
+        &'a self,
+        target: &Target,
+        kind: Kind,
+        select: impl Fn(&'a Factories) -> Option<&'a Arc<F>>,
+    ) -> Result<&'a Arc<F>, OpenError> {
+        placed(target, kind)?;
         let known = self.drivers.iter().find(|(driver, _)| driver.name == target.driver());
         match known.and_then(|(_, factories)| select(factories)) {
-            Some(factory) => Ok((target, factory)),
+            Some(factory) => Ok(factory),
             // Its examples say that it does: `every_driver_has_one_example_a_kind_and_reads_it`.
             None => Err(target.wrong(format!("driver {} opens no {}", target.driver(), kind.name()))),
         }
@@ -280,6 +331,9 @@ mod tests {
                 (driver.place)(&target, *kind).unwrap();
                 let misspelt = Target::parse(&format!("{}?no_such_option=1", example.split('?').next().unwrap()));
                 assert!((driver.place)(&misspelt.unwrap(), *kind).is_err(), "{example}");
+            }
+            for (kind, example) in examples(driver) {
+                placed(&Target::parse(&example).unwrap(), kind).unwrap();
             }
             let same = drivers().filter(|other| other.name == driver.name).count();
             assert_eq!(same, 1, "{}: one driver a name", driver.name);

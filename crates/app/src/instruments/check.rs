@@ -168,7 +168,20 @@ async fn light(source: &StationFiles, catalogue: &Catalogue, report: &mut Report
                 (Some(device), Some(_)) => device.set(false).await.is_ok(),
                 _ => false,
             };
-            match manual::readings(meter.as_ref(), None, settings.calibration_factor, DARK_READINGS).await {
+            let dark = if capped {
+                isolux_scan::dark::take(meter.as_ref()).await
+            } else {
+                Ok(None)
+            };
+            if let Ok(Some(said)) = &dark {
+                found.facts.push(said.clone());
+            }
+            let factor = settings.calibration_factor;
+            let read = match dark {
+                Ok(_) => manual::readings(meter.as_ref(), None, factor, DARK_READINGS).await,
+                Err(error) => Err(error),
+            };
+            match read {
                 Ok(readings) => {
                     let state = if capped { "capped" } else { "as it stands" };
                     let shown: Vec<String> = readings

@@ -8,3 +8,4 @@ pub mod identify;
 pub mod owner;
 pub(crate) mod roles;
 pub mod session;
+mod spectral_lux;

@@ -60,8 +60,7 @@ async fn compare(station: &Station, file: &Utf8Path) -> Result<(), Fault> {
         let Ok(target) = catalogue::target(open, file) else {
             continue;
         };
-        let driver = catalogue::driver(target.driver());
-        let Some(Ok(place)) = driver.map(|driver| (driver.place)(&target, kind)) else {
+        let Ok(place) = catalogue::placed(&target, kind) else {
             continue;
         };
         let device = things(target.link()).await.unwrap_or_default();

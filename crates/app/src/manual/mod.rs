@@ -10,7 +10,7 @@ use isolux_record::{Electrical, Limits, Station};
 use isolux_scan::motion::{Axes, Pose, drive_rail, stop_all};
 use isolux_scan::settle::Photometer;
 use isolux_scan::warmup::{Criterion, Stable, until_stable};
-use isolux_scan::{Devices, ScanError, TwoState, electrical};
+use isolux_scan::{Devices, ScanError, TwoState, dark, electrical};
 use jiff::Timestamp;
 use serde::Serialize;
 use tokio::time::Instant;
@@ -233,6 +233,7 @@ pub(crate) fn in_words(reading: &Electrical) -> String {
 /// As [`home`].
 pub fn read(station: &Utf8Path, count: u32, force: Option<&str>, progress: &dyn Progress) -> Result<Vec<Lux>, Failure> {
     one_step(station, force, progress, async |source, devices| {
+        dark::behind_shutter(devices).await?;
         readings(
             devices.meter.as_ref(),
             devices.power.as_deref(),
@@ -256,6 +257,7 @@ pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress)
             axes.home().await?;
         }
         axes.go_to(0.0, 0.0).await?;
+        dark::behind_shutter(devices).await?;
         for (role, switch, on) in [
             ("baffle", &devices.baffle, false),
             ("shutter", &devices.shutter, true),

@@ -49,6 +49,7 @@ impl Session<'_> {
 
     /// Brings lamp, warm-up, baffle and shutter into the state that a block needs; what is in it already is left alone.
     pub async fn outputs(&mut self, block: &Block) -> Result<(), ScanError> {
+        self.dark(block).await?;
         match block.kind {
             ReadingKind::Lit => {
                 self.baffle(block, false).await?;

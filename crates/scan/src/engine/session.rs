@@ -36,6 +36,8 @@ pub(super) struct Session<'a> {
     pub lamp_is_on: bool,
     pub warm: bool,
     pub shutter_open: Option<bool>,
+    /// Whether the lux meter has its dark, if it needs one.
+    pub dark_taken: bool,
     pub baffle_in: Option<bool>,
     /// Where the lux meter stands.
     pub distance_mm: f64,
@@ -89,6 +91,7 @@ impl<'a> Session<'a> {
             lamp_is_on: false,
             warm: false,
             shutter_open: None,
+            dark_taken: false,
             baffle_in: None,
             distance_mm: engine.station.bench().distance_mm,
             rail_mm: None,

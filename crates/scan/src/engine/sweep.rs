@@ -126,7 +126,7 @@ impl Session<'_> {
             speed_deg_s: motion.speed,
             distance_mm: self.distance_mm,
             range: i32::from(range),
-            integration_s: meter.properties().integration.as_secs_f64(),
+            integration_s: meter.properties().integration_in(range).as_secs_f64(),
             update_interval_s: (meter.properties().converts == Conversions::ByOwnClock)
                 .then_some(meter.properties().update_interval.as_secs_f64()),
             lamp_on_s: self.lamp_on_s,

@@ -229,6 +229,15 @@ impl LuxMeter for FakeMeter {
     async fn set_range(&self, _: LuxRange) -> Result<(), DeviceError> {
         Ok(())
     }
+    async fn take_dark(&self, _: Instant) -> Result<Option<String>, DeviceError> {
+        if !self.properties.needs_dark {
+            return Ok(None);
+        }
+        let mut room = self.room.lock().unwrap();
+        let (reads, open) = (room.reads, room.shutter_open);
+        room.log.push(format!("dark after {reads} readings, open: {open}"));
+        Ok(Some("its dark was taken".to_owned()))
+    }
 }
 
 pub enum Part {
@@ -310,5 +319,8 @@ impl Spectroradiometer for FakeSpectro {
             began,
             ended: began + time,
         })
+    }
+    async fn sample(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        self.acquire(deadline).await
     }
 }

@@ -4,7 +4,8 @@
 //! and is no real meter. `address` stands for `{address}` in the profile.
 //!
 //! The meter converts all the time, and a request gets the latest value: light of the update interval and the
-//! integration before the request. What an answer is believed for is said in `confirmed.rs`. A line in doubt is put in
+//! integration before the request. One whose profile says `converts = "on_request"` begins a conversion with the
+//! request, and can be read in motion. What an answer is believed for is said in `confirmed.rs`. A line in doubt is put in
 //! step by the command of `[identity]`, whose reply must not read as a reading; without one the silence after a failure
 //! is all there is.
 
@@ -15,7 +16,7 @@ use isolux_profile::{Exchange, identity};
 use isolux_protocol_ascii::{Lines, Message, Plain, Received, Reply};
 use isolux_transport::{Driver, Place};
 
-use crate::language::{Converts, Failure, Language, Meaning, Said, Step, Timing};
+use crate::language::{Failure, Language, Meaning, Said, Step, Timing};
 use crate::meter;
 use profile::Profile;
 
@@ -97,8 +98,16 @@ impl Language for AsciiLux {
         Timing {
             update_interval: self.profile.update_interval,
             integration: self.profile.integration,
-            converts: Converts::Always,
+            converts: self.profile.converts,
             answer: self.profile.manners.answer,
+        }
+    }
+
+    /// A profile knows one range.
+    fn choosing(&self, range: LuxRange) -> Result<Vec<Step<Self>>, String> {
+        match range {
+            LuxRange::Auto | LuxRange::Fixed(1) => Ok(Vec::new()),
+            LuxRange::Fixed(_) => Err("a profile knows one range".to_owned()),
         }
     }
 

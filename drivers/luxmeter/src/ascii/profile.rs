@@ -10,11 +10,17 @@ use isolux_protocol_ascii::{Form, Number, Pattern};
 use isolux_transport::LineSettings;
 use serde::Deserialize;
 
-use crate::language::Meaning;
+use crate::language::{Converts, Meaning};
 use crate::unit::{Timing, Unit, range};
 
 /// The profiles that come with the program.
-const SHIPPED: Shipped = &[("template", include_str!("../../profiles/template.toml"))];
+const SHIPPED: Shipped = &[
+    ("template", include_str!("../../profiles/template.toml")),
+    (
+        "template-on-request",
+        include_str!("../../profiles/template-on-request.toml"),
+    ),
+];
 
 /// A meter's commands and manners. Always valid.
 #[derive(Debug, Clone)]
@@ -36,6 +42,7 @@ pub(crate) struct Profile {
     pub resolution_lx: Option<f64>,
     pub update_interval: Duration,
     pub integration: Duration,
+    pub converts: Converts,
 }
 
 /// Which end of the range a reading is beyond.
@@ -43,6 +50,17 @@ pub(crate) struct Profile {
 enum Code {
     Over,
     Under,
+}
+
+/// When the meter converts, as a profile says it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Converting {
+    /// The command begins a conversion of its own.
+    OnRequest,
+    /// All the time.
+    #[default]
+    Always,
 }
 
 #[derive(Deserialize)]
@@ -70,6 +88,8 @@ struct Reading {
     unit: Unit,
     range: Spanned<[f64; 2]>,
     resolution: Option<Spanned<f64>>,
+    #[serde(default)]
+    converts: Converting,
     #[serde(default)]
     over_range: Vec<Spanned<String>>,
     #[serde(default)]
@@ -137,6 +157,12 @@ impl Document {
                 "resolution must be above zero and below the range's end",
             ));
         }
+        if reading.converts == Converting::OnRequest && self.identity.is_none() {
+            return Err(wrong(
+                reading.command.span(),
+                "a meter that converts on request needs [identity]: its reply proves that no reading is on its way",
+            ));
+        }
         let codes = reading.codes(&exchange, &manners)?;
         exchange.replies.extend(codes.iter().map(|(pattern, _)| Form {
             pattern: pattern.clone(),
@@ -159,6 +185,10 @@ impl Document {
             resolution_lx: reading.resolution.as_ref().map(|step| step.get_ref() * unit_lx),
             update_interval: self.timing.update_interval()?,
             integration: self.timing.integration()?,
+            converts: match self.reading.converts {
+                Converting::OnRequest => Converts::OnRequest,
+                Converting::Always => Converts::Always,
+            },
         };
         address.is_used(self.format.span())?;
         Ok(profile)
@@ -233,12 +263,29 @@ mod tests {
     }
 
     #[test]
+    fn a_meter_that_converts_on_request_says_so_and_has_a_proof() {
+        assert_eq!(checked(TEMPLATE, "ascii-lux:x").unwrap().converts, Converts::Always);
+        let text = SHIPPED[1].1;
+        assert_eq!(checked(text, "ascii-lux:x").unwrap().converts, Converts::OnRequest);
+        let (from, to) = (text.find("[identity]").unwrap(), text.find("[[setup]]").unwrap());
+        let without = format!("{}{}", &text[..from], &text[to..]);
+        let error = checked(&without, "ascii-lux:x").unwrap_err();
+        assert!(error.contains("needs [identity]"), "{error}");
+    }
+
+    #[test]
     fn each_bad_profile_is_one_message_with_file_line_and_remedy() {
         let at = |needle: &str| 1 + TEMPLATE[..TEMPLATE.find(needle).unwrap()].matches('\n').count();
         for (from, to, after, part) in [
             ("scale = 1.0", "scale = 1.0\nspeed = 1", 1, "unknown field `speed`"),
             ("scale = 1.0", "scale = 1.0\nscale = 0.1", 1, "duplicate key"),
             ("scale = 1.0", "scale = 0.0", 0, "above zero"),
+            (
+                "scale = 1.0",
+                "converts = \"sometimes\"\nscale = 1.0",
+                0,
+                "unknown variant `sometimes`",
+            ),
             ("unit = \"lx\"", "unit = \"lux\"", 0, "unknown variant `lux`"),
             (
                 "terminator = \"crlf\"",

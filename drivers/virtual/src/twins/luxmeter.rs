@@ -23,6 +23,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     sweeps: Some(InMotion::ByOwnClock {
         update_interval_ms: 500,
     }),
+    noise_lx: None,
     calibration: None,
     start: |_| Box::new(T10A::new()),
 };

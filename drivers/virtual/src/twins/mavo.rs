@@ -21,6 +21,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("luxmeter", "")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |_| Box::new(Mavolux::new()),
 };

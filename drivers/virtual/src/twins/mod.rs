@@ -6,6 +6,7 @@ use isolux_darkroom::Instrument;
 
 pub use crate::twin::{InMotion, TwinKind};
 
+mod exposed;
 mod luxmeter;
 mod mavo;
 mod modbus_lux;
@@ -32,6 +33,8 @@ pub const TWINS: &[TwinKind] = &[
     mavo::TWIN,
     p9710::TWIN,
     template_lux::TWIN,
+    spectrometer::LIGHT_METER,
+    sts::LIGHT_METER,
     spectrometer::TWIN,
     sts::TWIN,
     powermeter::TWIN,

@@ -23,6 +23,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("luxmeter", "?profile=u32-thousandths&unit=1")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |_| Box::new(ModbusLux),
 };

@@ -27,6 +27,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("axis.c", "?unit=1"), ("axis.gamma", "?unit=2")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |world| Box::new(AzLine::new(world)),
 };

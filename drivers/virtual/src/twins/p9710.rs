@@ -27,6 +27,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         open: "&integration_ms=100",
         integration_ms: 100,
     }),
+    noise_lx: None,
     calibration: None,
     start: |_| Box::new(Optometer::new()),
 };

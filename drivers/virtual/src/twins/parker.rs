@@ -25,6 +25,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("axis.gamma", "?address=2&home=-,0,-10,40,1"),
     ],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |world| Box::new(Chain::new(world)),
 };

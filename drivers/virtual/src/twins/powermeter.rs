@@ -23,6 +23,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("powermeter", "?profile=gpm-8213")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |world| Box::new(Meter::new(world)),
 };

@@ -4,11 +4,14 @@
 //! answers, 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count
 //! per second.
 
-use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients};
-use isolux_darkroom::{Instrument, Room};
+use std::sync::Arc;
+
+use isolux_darkroom::spectrograph::{PIXELS, dark_noise_lx, linearity_coefficients};
+use isolux_darkroom::{Darkroom, Instrument, Room};
 use isolux_transport::{LineSettings, Parity};
 
-use crate::twin::{Answer, Twin, TwinKind};
+use super::exposed::{LENS, exposure, seen, window_s};
+use crate::twin::{Answer, InMotion, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins. A serial adapter that carries the frames has this line; the instrument itself has none.
@@ -23,9 +26,35 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("spectroradiometer", "")],
     sweeps: None,
+    noise_lx: None,
     calibration: Some(calibration),
-    start: |_| Box::new(Usb2000::new()),
+    start: |world| Box::new(Usb2000::new(world, Instrument::Spectroradiometer)),
 };
+
+/// In the place of the lux meter, in the table of twins.
+pub(crate) const LIGHT_METER: TwinKind = TwinKind {
+    instrument: Instrument::Luxmeter,
+    opens: &[("luxmeter", AS_LIGHT_METER)],
+    sweeps: Some(IN_MOTION),
+    noise_lx: Some(noise_lx),
+    calibration: None,
+    start: |world| Box::new(Usb2000::new(world, Instrument::Luxmeter)),
+    ..TWIN
+};
+
+/// Behind the address of a spectrometer in the place of the lux meter. The lamp's blue peak is full at 295 lx.
+pub(super) const AS_LIGHT_METER: &str = "?calibration=device&integration_ms=100&full_scale_lx=285";
+
+/// How it takes part in sweeps.
+pub(super) const IN_MOTION: InMotion = InMotion::OnRequest {
+    open: "",
+    integration_ms: 100,
+};
+
+/// Its noise without light at the integration time of its address.
+pub(super) fn noise_lx(document: &Darkroom) -> f64 {
+    dark_noise_lx(&document.spectroradiometer, 0.1) / LENS
+}
 
 /// The pixels that have a responsivity.
 fn calibration(room: &Room) -> String {
@@ -45,13 +74,15 @@ const SPECTRA: u8 = 0x82;
 const END_OF_SPECTRUM: u8 = 0x69;
 /// Time of the detector's read-out, s.
 const READ_OUT_S: f64 = 0.002;
-/// Air to detector: the electronics' own heat, K.
-const SELF_HEATING_C: f64 = 4.0;
 /// Shortest and longest integration time, µs.
 const INTEGRATION_US: std::ops::RangeInclusive<u32> = 1_000..=655_350_000;
 
 /// The spectrometer.
 pub struct Usb2000 {
+    /// In whose place it stands.
+    instrument: Instrument,
+    /// Shared with exposures that are under way.
+    room: Arc<Room>,
     integration_us: u32,
     /// The integration time under which the next spectrum is still taken.
     stale_us: Option<u32>,
@@ -59,9 +90,11 @@ pub struct Usb2000 {
 }
 
 impl Usb2000 {
-    /// The spectrometer at power-up: 100 ms.
-    pub fn new() -> Self {
+    /// The spectrometer in the place of `instrument` at power-up: 100 ms.
+    pub fn new(world: &World, instrument: Instrument) -> Self {
         Self {
+            instrument,
+            room: Arc::new(seen(world, instrument)),
             integration_us: 100_000,
             stale_us: None,
             exposures: 0,
@@ -83,10 +116,10 @@ impl Usb2000 {
             }
             [0x05, slot] => {
                 let mut answer = vec![0x05, slot];
-                answer.extend(Self::slot(slot, world));
+                answer.extend(self.slot(slot));
                 control(answer)
             }
-            [0x09] => self.expose(now_s),
+            [0x09] => self.expose(world, now_s),
             [0x6B, register] => {
                 let value: u16 = match register {
                     // FPGA 2.01.0: a USB2000+, not a Flame.
@@ -98,7 +131,10 @@ impl Usb2000 {
                 answer.extend(value.to_le_bytes());
                 control(answer)
             }
-            [0x6D, low, high] => control(irradiance_bytes(usize::from(u16::from_le_bytes([low, high])), world)),
+            [0x6D, low, high] => control(irradiance_bytes(
+                usize::from(u16::from_le_bytes([low, high])),
+                &self.room,
+            )),
             [0xFE] => {
                 let mut answer = (PIXELS as u16).to_le_bytes().to_vec();
                 answer.extend(self.integration_us.to_le_bytes());
@@ -110,11 +146,11 @@ impl Usb2000 {
         }
     }
 
-    fn slot(slot: u8, world: &World) -> [u8; 15] {
-        let instrument = &world.room().document().spectroradiometer;
+    fn slot(&self, slot: u8) -> [u8; 15] {
+        let instrument = &self.room.document().spectroradiometer;
         let linearity = linearity_coefficients(instrument);
         let text = match slot {
-            0 => format!("USB2+V{:05}", world.room().document().seed % 100_000),
+            0 => format!("USB2+V{:05}", self.room.document().seed % 100_000),
             1..=4 => exponential(instrument.wavelength_nm[usize::from(slot) - 1]),
             5 => exponential(0.0),
             6..=13 => exponential(linearity[usize::from(slot) - 6]),
@@ -132,23 +168,16 @@ impl Usb2000 {
         data
     }
 
-    fn expose(&mut self, now_s: f64) -> Answer {
+    fn expose(&mut self, world: &World, now_s: f64) -> Answer {
         let integration_s = f64::from(self.stale_us.take().unwrap_or(self.integration_us)) / 1e6;
-        let index = self.exposures;
+        let (instrument, room, index) = (self.instrument, Arc::clone(&self.room), self.exposures);
         self.exposures += 1;
-        let end_s = now_s + integration_s;
+        let window = window_s(world, instrument, now_s, integration_s, index);
         Answer::When(
-            end_s + READ_OUT_S,
+            window.1 + READ_OUT_S,
             Box::new(move |world| {
-                let exposure = Exposure {
-                    illuminance_lx: world.spectroradiometer_lx(now_s, end_s),
-                    phosphor: world.spectroradiometer_phosphor(0.5 * (now_s + end_s)),
-                    integration_s,
-                    detector_c: world.temperature_c(now_s) + SELF_HEATING_C,
-                    index,
-                };
-                let mut bytes: Vec<u8> = world
-                    .room()
+                let exposure = exposure(world, instrument, window, index);
+                let mut bytes: Vec<u8> = room
                     .exposure_counts(&exposure)
                     .iter()
                     .flat_map(|counts| counts.to_le_bytes())
@@ -161,11 +190,11 @@ impl Usb2000 {
 }
 
 /// Sixty bytes of the irradiance calibration from byte `address` on: 2048 big-endian floats.
-fn irradiance_bytes(address: usize, world: &World) -> Vec<u8> {
+fn irradiance_bytes(address: usize, room: &Room) -> Vec<u8> {
     (address..address + 60)
         .map(|place| {
             let factor = if place / 4 < PIXELS {
-                world.room().calibration(place / 4) as f32
+                room.calibration(place / 4) as f32
             } else {
                 0.0
             };
@@ -228,7 +257,7 @@ mod tests {
     #[test]
     fn it_tells_its_calibration_as_the_maker_stores_it() {
         let mut world = World::new(Darkroom::default());
-        let mut twin = Usb2000::new();
+        let mut twin = Usb2000::new(&world, Instrument::Spectroradiometer);
         let mut slot = |slot: u8| {
             let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x05, slot]);
             assert_eq!(&bytes[..5], &[0x81, 17, 0, 0x05, slot]);
@@ -253,7 +282,7 @@ mod tests {
             },
             0.0,
         );
-        let mut twin = Usb2000::new();
+        let mut twin = Usb2000::new(&world, Instrument::Spectroradiometer);
         send(&mut twin, &mut world, 1.0, &[0x02, 0x40, 0x0D, 0x03, 0x00]); // 200 ms
         let (at, stale) = send(&mut twin, &mut world, 1.0, &[0x09]);
         assert!((at - 1.102).abs() < 1e-9);
@@ -276,7 +305,7 @@ mod tests {
     #[test]
     fn the_irradiance_calibration_comes_in_sixty_bytes_of_big_endian_floats() {
         let mut world = World::new(Darkroom::default());
-        let mut twin = Usb2000::new();
+        let mut twin = Usb2000::new(&world, Instrument::Spectroradiometer);
         let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x6D, 0x60, 0x09]);
         assert_eq!(bytes.len(), 3 + 60);
         let factor = f32::from_be_bytes(bytes[3..7].try_into().unwrap());

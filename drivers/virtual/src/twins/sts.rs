@@ -3,11 +3,15 @@
 //! Its optics are those of the room's spectrometer; each of its pixels is the mean of two of that one's, in a quarter
 //! of its counts. A message is a header of 44 bytes, a payload, 16 bytes of MD5 or zeros, and a footer.
 
-use isolux_darkroom::Instrument;
-use isolux_darkroom::spectrograph::{Exposure, PIXELS as FINE_PIXELS, linearity_coefficients};
+use std::sync::Arc;
+
+use isolux_darkroom::spectrograph::{PIXELS as FINE_PIXELS, linearity_coefficients};
+use isolux_darkroom::{Instrument, Room};
 use isolux_transport::{LineSettings, Parity};
 use md5::{Digest, Md5};
 
+use super::exposed::{detector_c, exposure, seen, window_s};
+use super::spectrometer::{AS_LIGHT_METER, IN_MOTION, noise_lx};
 use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
@@ -23,8 +27,19 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("spectroradiometer", "")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
-    start: |_| Box::new(Sts::new()),
+    start: |world| Box::new(Sts::new(world, Instrument::Spectroradiometer)),
+};
+
+/// In the place of the lux meter, in the table of twins.
+pub(crate) const LIGHT_METER: TwinKind = TwinKind {
+    instrument: Instrument::Luxmeter,
+    opens: &[("luxmeter", AS_LIGHT_METER)],
+    sweeps: Some(IN_MOTION),
+    noise_lx: Some(noise_lx),
+    start: |world| Box::new(Sts::new(world, Instrument::Luxmeter)),
+    ..TWIN
 };
 
 const PIXELS: usize = FINE_PIXELS / 2;
@@ -36,7 +51,6 @@ const TAIL: usize = 20;
 /// More follows no header: its longest request carries a few numbers.
 const LONGEST_REST: u32 = 256;
 const READ_OUT_S: f64 = 0.005;
-const SELF_HEATING_C: f64 = 4.0;
 const INTEGRATION_US: std::ops::RangeInclusive<u32> = 10..=85_000_000;
 /// Area of the entrance, cm².
 const AREA_CM2: f32 = 0.1;
@@ -53,6 +67,10 @@ const MISSING: u16 = 12;
 
 /// The spectrometer.
 pub struct Sts {
+    /// In whose place it stands.
+    instrument: Instrument,
+    /// Shared with exposures that are under way.
+    room: Arc<Room>,
     integration_us: u32,
     /// The integration time under which the next spectrum is still taken.
     stale_us: Option<u32>,
@@ -133,9 +151,11 @@ impl Request {
 }
 
 impl Sts {
-    /// The spectrometer at power-up: 10 ms.
-    pub const fn new() -> Self {
+    /// The spectrometer in the place of `instrument` at power-up: 10 ms.
+    pub fn new(world: &World, instrument: Instrument) -> Self {
         Self {
+            instrument,
+            room: Arc::new(seen(world, instrument)),
             integration_us: 10_000,
             stale_us: None,
             exposures: 0,
@@ -163,7 +183,7 @@ impl Sts {
             0x0000_0010 | 0x0010_0000 | 0x0011_0110 => done(),
             0x0000_0100 => tell(format!("S{:05}", document.seed % 100_000).as_bytes()),
             0x0000_0101 => tell(&[16]),
-            0x0010_1000 | 0x0010_1100 => self.expose(request, now_s),
+            0x0010_1000 | 0x0010_1100 => self.expose(request, world, now_s),
             0x0010_10A0 => tell(&FULL_SCALE.to_le_bytes()),
             0x0011_0000 => tell(&self.integration_us.to_le_bytes()),
             0x0011_0010 => match request.data[..] {
@@ -182,32 +202,26 @@ impl Sts {
             0x0018_0100 | 0x0018_1100 => tell(&[if request.kind == 0x0018_0100 { 4 } else { 8 }]),
             0x0018_0101 => one_of(&wavelengths(instrument.wavelength_nm)),
             0x0018_1101 => one_of(&linearity(&linearity_coefficients(instrument))),
-            0x0018_2001 => tell(&irradiance(world)),
+            0x0018_2001 => tell(&irradiance(&self.room)),
             0x0018_2003 => tell(&AREA_CM2.to_le_bytes()),
             0x0018_3100 => tell(&[0]),
             0x0018_3101 => refuse(MISSING),
             0x0040_0000 => tell(&[1]),
-            0x0040_0001 => one_of(&[world.temperature_c(now_s) + SELF_HEATING_C]),
+            0x0040_0001 => one_of(&[detector_c(world, now_s)]),
             _ => refuse(UNKNOWN_MESSAGE),
         }
     }
 
-    fn expose(&mut self, request: Request, now_s: f64) -> Answer {
+    fn expose(&mut self, request: Request, world: &World, now_s: f64) -> Answer {
         let integration_s = f64::from(self.stale_us.take().unwrap_or(self.integration_us)) / 1e6;
-        let index = self.exposures;
+        let (instrument, room, index) = (self.instrument, Arc::clone(&self.room), self.exposures);
         self.exposures += 1;
-        let end_s = now_s + integration_s;
+        let window = window_s(world, instrument, now_s, integration_s, index);
         Answer::When(
-            end_s + READ_OUT_S,
+            window.1 + READ_OUT_S,
             Box::new(move |world| {
-                let exposure = Exposure {
-                    illuminance_lx: world.spectroradiometer_lx(now_s, end_s),
-                    phosphor: world.spectroradiometer_phosphor(0.5 * (now_s + end_s)),
-                    integration_s,
-                    detector_c: world.temperature_c(now_s) + SELF_HEATING_C,
-                    index,
-                };
-                let fine = world.room().exposure_counts(&exposure);
+                let exposure = exposure(world, instrument, window, index);
+                let fine = room.exposure_counts(&exposure);
                 let counts = fine.chunks_exact(2).flat_map(|pair| {
                     let mean = 0.5 * (f64::from(pair[0]) + f64::from(pair[1])) / COUNTS;
                     (mean.round() as u16).min(FULL_SCALE).to_le_bytes()
@@ -239,11 +253,11 @@ fn linearity(fine: &[f64]) -> Vec<f64> {
 }
 
 /// µJ a count: W/(m²·nm) for one count a second, times area and width of the pixel.
-fn irradiance(world: &World) -> Vec<u8> {
-    let instrument = &world.room().document().spectroradiometer;
+fn irradiance(room: &Room) -> Vec<u8> {
+    let instrument = &room.document().spectroradiometer;
     let factors = (0..PIXELS).flat_map(|pixel| {
         let (left, right) = (2 * pixel, 2 * pixel + 1);
-        let factor = 0.5 * (world.room().calibration(left) + world.room().calibration(right)) * COUNTS;
+        let factor = 0.5 * (room.calibration(left) + room.calibration(right)) * COUNTS;
         let width_nm = 2.0 * (instrument.nm_at(right as f64) - instrument.nm_at(left as f64));
         ((100.0 * factor * f64::from(AREA_CM2) * width_nm) as f32).to_le_bytes()
     });

@@ -22,6 +22,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("supply", "?profile=dp800&channel=1&voltage_v=24&current_a=0.35")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |world| Box::new(Supply::new(world)),
 };

@@ -25,6 +25,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("axis.gamma", "?profile=template&address=2"),
     ],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |world| Box::new(TemplateDrives::new(world)),
 };

@@ -25,6 +25,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     },
     opens: &[("powermeter", "?unit=1")],
     sweeps: None,
+    noise_lx: None,
     calibration: None,
     start: |world| {
         Box::new(Wt300 {

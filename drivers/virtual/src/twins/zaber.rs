@@ -37,6 +37,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("ambient", "?ai=1&c_at_0v=-50&c_at_10v=100"),
     ],
     sweeps: Some(InMotion::Moves),
+    noise_lx: None,
     calibration: None,
     start: |world| Box::new(Controller::new(world)),
 };

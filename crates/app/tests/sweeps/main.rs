@@ -1,6 +1,8 @@
 //! Scans in motion in the virtual room: real bytes to the twins, a run directory on disk, and the reduction against the
 //! light that the room's lamp has.
 
+mod meters;
+
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -16,7 +18,7 @@ use isolux_darkroom::{Darkroom, Room};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::{Event, Plan, Role, Run};
 use isolux_reduce::{Options, ReduceError, Reduction};
-use isolux_virtual::station::{calibration, in_memory, station};
+use isolux_virtual::station::{calibration, for_sweeps, in_memory, station};
 use isolux_virtual::twins::Choice;
 
 /// A lamp with two wings that leans, smooth on its table of 10° × 2.5°.
@@ -99,10 +101,23 @@ fn scanned_by(
     target: Target<'_>,
     cancel_s: Option<f64>,
 ) -> Result<scan::ScanSummary, Failure> {
+    scanned_with((driver, "", ""), room, plan, target, cancel_s)
+}
+
+/// The same with `to` in place of `from` in the station.
+fn scanned_with(
+    (driver, from, to): (&str, &str, &str),
+    room: &Darkroom,
+    plan: &Plan,
+    target: Target<'_>,
+    cancel_s: Option<f64>,
+) -> Result<scan::ScanSummary, Failure> {
     let mut choice = Choice::default();
     choice.choose(isolux_virtual::Instrument::Luxmeter, driver).unwrap();
     let outlets = in_memory(&choice);
-    let text = station(room, &outlets).replace("?a_per_lx=3e-10", "?a_per_lx=3e-10&integration_ms=100");
+    let text = for_sweeps(&station(room, &outlets), &outlets);
+    assert!(text.contains(from), "{from} is not in {text}");
+    let text = text.replacen(from, to, 1);
     let source = StationFiles::from_text(&text, calibration(&Room::new(room.clone()), &outlets).as_deref()).unwrap();
     session::run(true, async {
         let session = Session::in_room(room.clone(), &choice)?;
@@ -145,8 +160,12 @@ fn reduced(path: &Utf8Path) -> Reduction {
 /// Errors at the directions of the grid, and how many lie outside of twice their own uncertainty, of how many: the
 /// calibration of the meter is taken out, which all directions share.
 fn judged(reduction: &Reduction, room: &Room) -> (f64, f64, usize) {
+    judged_by(1.0 + room.document().luxmeter.gain_error_rel, reduction, room)
+}
+
+/// The same where the meter reads `gain` times the light.
+fn judged_by(gain: f64, reduction: &Reduction, room: &Room) -> (f64, f64, usize) {
     let read = &reduction.grid.distribution;
-    let gain = 1.0 + room.document().luxmeter.gain_error_rel;
     let peak = read.peak().intensity_cd;
     let (mut worst, mut outside) = (0.0f64, 0);
     let count = read.intensity_cd().len();
