@@ -46,6 +46,7 @@ await inBrowser(async (browser) => {
   await begin(page, "job.toml");
   await page.waitForSelector("#in-motion-panel:visible", { timeout: PATIENCE });
   assert.match(await words(page, "in-motion-next"), /Next: .*Why: /);
+  assert.match(await words(page, "u-target-text"), /^Target: .*1\.00\u00a0%\. Known from when the rings are swept/);
 
   step("paused among its half-planes it says what comes next, for the reason that events.jsonl has");
   await page.waitForFunction(() => /sweep 9 around a ring/.test(document.getElementById("journal").textContent), null, { timeout: PATIENCE });

@@ -7,7 +7,8 @@ import { UMap } from "./u-map.js";
 import { significant } from "./words.js";
 
 const HEIGHT = 150;
-const percent = (rel) => `${significant(100 * rel, 3)} %`;
+// The space does not break.
+const percent = (rel) => `${significant(100 * rel, 3)}\u00a0%`;
 const list = (planes) => planes.map((c) => `C ${c}°`).join(", ");
 
 /** An uncertainty after each sweep, with the target as a line where there is one. */

@@ -127,10 +127,11 @@ export class UMap {
     for (let gamma = Math.ceil(this.fromGamma / 30) * 30; gamma <= this.toGamma; gamma += 30) pen.fillText(`γ${gamma}°`, MARGIN.left - 5, this.#y(gamma) + 4);
   }
 
-  /** A full triangle above each half-plane that was swept; an open one and a dashed frame where the next one is. */
+  /** A full triangle above each half-plane that was swept; an open one and a dashed frame where the next one is, or
+   *  the ring. */
   #planes(now) {
     const { pen } = this;
-    const [, top, , height] = this.#box;
+    const [left, top, width, height] = this.#box;
     const triangle = (c) => {
       const [from, to] = this.c.get(c);
       const x = this.#x((from + to) / 2);
@@ -145,17 +146,28 @@ export class UMap {
       triangle(c);
       pen.fill();
     }
-    pen.strokeStyle = colour("--now");
     for (const c of (now.next?.c_deg ?? []).filter((one) => this.c.has(one))) {
+      pen.strokeStyle = colour("--now");
       pen.lineWidth = 1.5;
       triangle(c);
       pen.stroke();
       const [from, to] = this.c.get(c).map((edge) => this.#x(edge));
-      pen.setLineDash([5, 3]);
-      pen.lineWidth = 2;
-      pen.strokeRect(from, top, Math.max(2, to - from), height);
-      pen.setLineDash([]);
+      this.#frame(from, top, Math.max(2, to - from), height);
     }
+    const ring = now.next?.ring_gamma_deg ?? null;
+    if (ring !== null) this.#frame(left, this.#y(ring) - 2, width, 4);
+  }
+
+  /** Dashed, on a ground of its own: it lies over every shade. */
+  #frame(...box) {
+    const { pen } = this;
+    for (const [name, width, dash] of [["--panel", 4, []], ["--now", 2, [5, 3]]]) {
+      pen.strokeStyle = colour(name);
+      pen.lineWidth = width;
+      pen.setLineDash(dash);
+      pen.strokeRect(...box);
+    }
+    pen.setLineDash([]);
   }
 
   #legend() {

@@ -43,8 +43,8 @@ pub fn left_out(c_deg: &[f64], light: &[f64]) -> Vec<f64> {
 }
 
 /// Standard uncertainty of the spline by γ and gap, from each half-plane to the next, in the unit of their light: what
-/// is missed of `rings`, rising in γ, from one to the next, or of the half-planes beside the gap that are left out, where
-/// that is more. It is nowhere more than the largest light of the γ: where there is no light none is missed.
+/// is missed of `rings`, rising in γ, from one to the next, or of the half-planes beside the gap that are left out,
+/// where that is more. It is nowhere more than the largest light of the γ: where there is no light none is missed.
 pub fn u_between(read: &ReadHalfPlanes<'_>, rings: &[MissedOfRing]) -> Vec<Vec<f64>> {
     let gaps = read.c_deg.len();
     let of_rings = |gamma_deg: f64, gap: usize| -> f64 {

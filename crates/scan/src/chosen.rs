@@ -177,7 +177,7 @@ impl Chosen {
             return Some(Next {
                 pass: ring(gamma_deg, !self.rose[1], speed_deg_s),
                 c_deg: Vec::new(),
-                reason: format!("a ring at γ {gamma_deg}°"),
+                reason: "rings show where the light changes over C".to_owned(),
             });
         }
         let (by_rings, reason) = self.by_rings(block, target, across);
@@ -237,10 +237,10 @@ impl Chosen {
             });
             let Some(c_deg) = add.filter(|_| beyond) else {
                 let reason = format!(
-                    "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); \
-                     wanted is {:.2} %",
-                    rings.len(),
+                    "{} half-planes are needed: of the {} rings a spline through them misses {:.2} % {}, which is u = \
+                     {:.2} % (k = 1); wanted is {:.2} %",
                     halves.len(),
+                    rings.len(),
                     100.0 * missed,
                     of_what(target),
                     100.0 * u_beyond_rings(missed),

@@ -28,7 +28,8 @@ pub struct InMotion {
     pub c_deg: Vec<f64>,
     /// γ of the result, rising, degrees.
     pub gamma_deg: Vec<f64>,
-    /// By half-plane and γ: standard uncertainty (k = 1) in shares of the largest light so far; none where it is not known.
+    /// By half-plane and γ: standard uncertainty (k = 1) in shares of the largest light so far; none where it is not
+    /// known.
     pub u_rel: Vec<Option<f64>>,
     /// Half-planes that were swept, rising, degrees.
     pub swept_c_deg: Vec<f64>,
@@ -38,7 +39,8 @@ pub struct InMotion {
     pub next: Option<NextSweep>,
     /// How far the block is from its target; none where it has none.
     pub target: Option<Target>,
-    /// Expanded uncertainty (k = 2) of the mean on the sensor of the job's scene, relative; none where the job has none.
+    /// Expanded uncertainty (k = 2) of the mean on the sensor of the job's scene, relative; none where the job has no
+    /// scene.
     pub sensor: Option<Vec<After>>,
 }
 
@@ -49,6 +51,8 @@ pub struct NextSweep {
     pub what: String,
     /// Half-planes of the result that it reads, degrees; none of a ring.
     pub c_deg: Vec<f64>,
+    /// γ of a ring, degrees.
+    pub ring_gamma_deg: Option<f64>,
     /// Why, as events.jsonl has it.
     pub reason: String,
     /// Half-planes that are to be swept behind it by what is known now, degrees.
@@ -155,13 +159,17 @@ fn sensor(
 
 impl NextSweep {
     fn of(block: &Block, next: &Next) -> Self {
-        let (what, c_deg) = match next.pass.way {
-            Way::HalfPlane { c_deg, .. } => (format!("half-plane C {c_deg}°"), block.half_planes_deg(&[c_deg])),
-            Way::Ring { gamma_deg, .. } => (format!("ring at γ {gamma_deg}°"), Vec::new()),
+        let (what, c_deg, ring_gamma_deg) = match next.pass.way {
+            Way::HalfPlane { c_deg, .. } => {
+                let reads = block.half_planes_deg(&[c_deg]);
+                (format!("half-plane C {c_deg}°"), reads, None)
+            }
+            Way::Ring { gamma_deg, .. } => (format!("ring at γ {gamma_deg}°"), Vec::new(), Some(gamma_deg)),
         };
         Self {
             what,
             c_deg,
+            ring_gamma_deg,
             reason: next.reason.clone(),
             later_c_deg: next.c_deg.get(1..).unwrap_or_default().to_vec(),
         }
