@@ -282,6 +282,30 @@ mod tests {
     }
 
     #[test]
+    fn each_sweep_and_each_scan_is_worked_out_anew() {
+        let broadcast = Broadcast::new(Status::default());
+        let mut sweep = journal("sweep 1");
+        sweep.logged.event = ScanEvent::Sweep {
+            index: 0,
+            block: "lit".to_owned(),
+            c_deg: [0.0, 0.0],
+            gamma_deg: [-180.0, 180.0],
+            conversions: 238,
+            positions: 1467,
+        };
+        let mut marks = vec![broadcast.marks()];
+        for _ in 0..2 {
+            broadcast.publish(&sweep);
+            marks.push(broadcast.marks());
+        }
+        broadcast.publish(&journal("a line that changes no light"));
+        assert_eq!(broadcast.marks(), marks[2]);
+        broadcast.begin(None);
+        marks.push(broadcast.marks());
+        assert!(marks.windows(2).all(|pair| pair[0] < pair[1]), "{marks:?}");
+    }
+
+    #[test]
     fn a_long_scan_comes_in_parts() {
         let broadcast = Broadcast::new(Status::default());
         for _ in 0..=EVENTS_A_MESSAGE {
