@@ -255,11 +255,8 @@ mod tests {
 
     #[test]
     fn without_a_target_the_plan_says_what_follows() {
-        let text = "u_map_rel = 0.02";
-        let block = Block {
-            target: None,
-            ..block(text)
-        };
+        let mut block = block("u_map_rel = 0.02");
+        block.target = None;
         let (records, said) = scan(&block, &three_lobes);
         assert_eq!((records.len(), said.len()), (4, 0));
         let chosen = Chosen::of(&block, records.iter());
