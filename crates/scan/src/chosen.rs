@@ -617,12 +617,22 @@ pub(crate) mod tests {
                 lobe(gamma)
             }
         };
-        let (_, said) = scan(&block("u_map_rel = 0.005"), &dim);
+        let block = block("u_map_rel = 0.005");
+        let (records, said) = scan(&block, &dim);
         let by_left_out = said
             .iter()
             .filter(|next| next.reason.contains("through the other"))
             .count();
         assert!(by_left_out > 0, "{:?}", planes(&said));
+        // And what is shown as not known holds them.
+        for (made, next) in (4..).zip(&said) {
+            let known = Chosen::of(&block, records[..made].iter()).known(&block);
+            let u_rel = known.map_or(f64::INFINITY, |known| known.u_rel);
+            assert!(
+                u_rel > 0.005 || next.reason.contains("half-planes are needed"),
+                "after {made}: {u_rel}"
+            );
+        }
     }
 
     #[test]
