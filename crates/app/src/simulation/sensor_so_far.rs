@@ -98,13 +98,18 @@ impl Solved {
 }
 
 impl Lit {
-    /// The scene of the run directory `run`, lit by `light` for the time being.
-    pub fn of(run: &Utf8Path, record: &Run, light: &LightSoFar) -> Result<Self, Failure> {
+    /// The scene of the run directory `run`, lit by `light` for the time being, with so many pixels along its longer
+    /// edge.
+    pub fn of(run: &Utf8Path, record: &Run, light: &LightSoFar, pixels: usize) -> Result<Self, Failure> {
         // A spectrum that cannot be used leaves the map in lx; the reduction says why.
         let spectral = on_axis(record, &Options::default()).ok().flatten();
         let u_ler_rel = spectral.as_ref().map_or(0.0, |spectral| spectral.ler.u_of_parts_rel());
         let spectral = spectral.map_or(Spectral::None, |spectral| Spectral::Spectrum(spectral.spectrum));
-        let (scene, named) = the_scene(run, model(light.best.clone(), Emitter::Point {}, spectral.clone()))?;
+        let (scene, named) = the_scene(
+            run,
+            model(light.best.clone(), Emitter::Point {}, spectral.clone()),
+            pixels,
+        )?;
         Ok(Self {
             spectral,
             u_common_rel: record.header.station.luxmeter().u_rel.hypot(u_ler_rel),
@@ -149,7 +154,7 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
     let Some(light) = light else {
         return Ok(None);
     };
-    let lit = Lit::of(run, &record, &light)?;
+    let lit = Lit::of(run, &record, &light, PIXELS)?;
     let solved = lit.solve(&light)?;
     let facts = &solved.best.facts;
     let unit = facts.unit.symbol();
@@ -193,7 +198,7 @@ pub(crate) fn model(distribution: IntensityDistribution, emitter: Emitter, spect
 }
 
 /// The sensor of the day's job, or that of the published case, with few pixels.
-fn the_scene(run: &Utf8Path, model: Model) -> Result<(Scene, String), Failure> {
+fn the_scene(run: &Utf8Path, model: Model, most: usize) -> Result<(Scene, String), Failure> {
     let file = run.join(SCENE);
     let (mut illuminated, named) = if file.is_file() {
         (scene::lit_by(&file, &model)?, "the job's scene".to_owned())
@@ -201,8 +206,8 @@ fn the_scene(run: &Utf8Path, model: Model) -> Result<(Scene, String), Failure> {
         (scene::of_the_published_case(&model)?, "the published case".to_owned())
     };
     let longest = illuminated.sensor.pixels[0].max(illuminated.sensor.pixels[1]).max(1);
-    let few = |pixels: usize| (pixels * PIXELS / longest).clamp(1, pixels);
-    if longest > PIXELS {
+    let few = |pixels: usize| (pixels * most / longest).clamp(1, pixels);
+    if longest > most {
         illuminated.sensor.pixels = illuminated.sensor.pixels.map(few);
     }
     Ok((illuminated, named))

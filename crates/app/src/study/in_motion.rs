@@ -17,6 +17,9 @@ use crate::run::record;
 use crate::simulation::in_motion::{self, light, u_of_strongest_rel};
 use crate::simulation::sensor_so_far::{Lit, SCENE};
 
+/// Pixels along the longer edge of the sensor: each has the mean of its area, so that few have the mean of all.
+const PIXELS: usize = 16;
+
 /// What the sweeps of a scan say so far.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InMotion {
@@ -145,7 +148,7 @@ fn sensor(
     let Some((_, first)) = history.first() else {
         return Ok(Some(Vec::new()));
     };
-    let lit = Lit::of(run, record, &under(first)?)?;
+    let lit = Lit::of(run, record, &under(first)?, PIXELS)?;
     let mut after = Vec::new();
     for (sweeps, known) in history {
         let u_rel = lit.u_mean_rel(&under(known)?)?;
