@@ -4,6 +4,7 @@ use camino::Utf8Path;
 use isolux_any_record::{CHANGES, Random, run};
 use isolux_app::run::replay::Replay;
 use isolux_app::simulation::sensor_so_far::sensor_so_far;
+use isolux_app::study::in_motion::in_motion;
 use isolux_app::study::{card, results};
 use isolux_record::run::{RunDir, StopHow, Stopped};
 use isolux_record::{Event, Reading};
@@ -46,6 +47,7 @@ fn any_record_is_shown() {
             }
             Err(failure) => assert!(failure.message.contains(path.as_str()), "{changes:?}: {failure}"),
         }
+        assert_eq!(in_motion(&path).unwrap(), None, "nothing was swept");
         illuminated += u32::from(sensor_so_far(&path).is_ok_and(|sensor| sensor.is_some()));
     }
     assert!(drawn > 15 && reduced > 10, "{drawn} {reduced} {illuminated}");

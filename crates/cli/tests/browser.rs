@@ -124,6 +124,42 @@ fn a_run_is_reduced_lit_and_diagnosed_in_a_browser() {
     });
 }
 
+#[test]
+fn a_scan_in_motion_is_followed_in_a_browser() {
+    in_a_browser("motion.mjs", |folder| {
+        folder.write("lamp.ies", &lobes());
+        folder.isolux(&["init", ".", "--sweep", "--lamp", "lamp.ies"], 0);
+        let plan = folder.read("plan.toml");
+        let is_c = |line: &&str| line.starts_with("c_range");
+        let planes = plan.lines().find(is_c).unwrap();
+        let chosen = "c_range = [0, 175, 5]\ntarget = { u_map_rel = 0.01 }";
+        folder.write("plan.toml", &plan.replacen(planes, chosen, 1));
+        let scene = folder.read("scene.toml");
+        folder.write("scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
+    });
+}
+
+/// A photometric file of a lamp with three lobes around the axis, steps of 10° × 2°.
+fn lobes() -> String {
+    let angles = |count: u32, step: u32| (0..count).map(|k| (k * step).to_string()).collect::<Vec<_>>().join(" ");
+    let cd = |c: f64, gamma: f64| {
+        let lobe = 1.0 + 0.4 * gamma.sin() * (3.0 * c).cos();
+        1000.0 * gamma.cos().max(0.0).powi(2) * lobe
+    };
+    let plane = |c: u32| {
+        let at = |gamma: u32| format!("{:.2}", cd(f64::from(c).to_radians(), f64::from(gamma).to_radians()));
+        (0..91).map(|k| at(2 * k)).collect::<Vec<_>>().join(" ")
+    };
+    let planes: Vec<String> = (0..37).map(|k| plane(10 * k)).collect();
+    format!(
+        "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] none\n[ISSUEDATE] 2026\n[MANUFAC] none\nTILT=NONE\n\
+         1 -1 1 91 37 1 2 -0.06 -0.06 0\n1 1 10\n{}\n{}\n{}\n",
+        angles(91, 2),
+        angles(37, 10),
+        planes.join("\n")
+    )
+}
+
 /// A lamp that warms up, light in the room.
 const ROOM: &str = r#"format = "isolux-darkroom/1"
 seed = 7

@@ -5,7 +5,8 @@ import { command, latest, study } from "./commands.js";
 import { Diagnosis } from "./diagnosis.js";
 import { $, make } from "./dom.js";
 import { acceptDrops } from "./dropped.js";
-import { Grid } from "./grid.js";
+import { Grid, isShown } from "./grid.js";
+import { InMotion } from "./in-motion.js";
 import { Polar } from "./polar.js";
 import { Results } from "./results.js";
 import { Sensor } from "./sensor.js";
@@ -28,7 +29,7 @@ function theme(name) {
   document.documentElement.dataset.theme = chosen;
   $("theme").value = chosen;
   localStorage.setItem("isolux-theme", chosen);
-  for (const figure of [grid, curve, warming, warmUp, reference, spectrum, sensor, ...Object.values(views)]) figure.refresh();
+  for (const figure of [grid, curve, warming, warmUp, reference, spectrum, sensor, inMotion, ...Object.values(views)]) figure.refresh();
   changed();
 }
 
@@ -41,6 +42,7 @@ const reference = new Reference($("reference"), $("reference-text"), 136);
 const spectrum = new Spectrum($("spectrum"), $("spectrum-text"), 272);
 
 const sensor = new Sensor($("sensor"), $("sensor-text"));
+const inMotion = new InMotion();
 
 // Views: what the run says is worked out when its view is opened.
 const views = { results: new Results(), simulation: new Simulation(), diagnosis: new Diagnosis() };
@@ -102,6 +104,7 @@ function draw() {
   polar.draw(model);
   curve.draw(model);
   grid.draw(model);
+  if (status?.in_motion) inMotion.draw(model);
   if (!$("warm-panel").hidden) warming.draw(model, status?.times);
   warmUp.draw(model);
   reference.draw(model);
@@ -118,7 +121,7 @@ function cards() {
   for (const [id, shown] of [
     ["warm-panel", warms], ["lamp-panel", !warms && (model.warmUps.length > 0 || model.references.length > 0)],
     ["polar-panel", model.planes.size > 0], ["curve-panel", model.planes.size > 0],
-    ["grid-panel", [...model.points.values()].some((point) => point.kind === "lit" && !point.spectrum)],
+    ["grid-panel", [...model.points.values()].some(isShown)], ["in-motion-panel", Boolean(status?.in_motion)],
     ["sensor-panel", Boolean(status?.sensor)], ["spectrum-panel", Boolean(model.spectrum)], ["rows-panel", model.rows.length > 0],
   ]) $(id).hidden = !shown;
   for (const id of ["reference", "reference-text"]) $(id).hidden = model.references.length === 0;
@@ -332,6 +335,7 @@ subscribe(({ fresh, outline, events, status: now }) => {
   if (now) status = now;
   follow(wasBusy);
   sensor.follow(status?.sensor ?? 0).catch(() => {});
+  inMotion.follow(status?.in_motion ?? 0).then((fresh) => fresh && changed(), () => {});
   changed();
 }, (open) => {
   connected = open;

@@ -11,14 +11,14 @@ function colour(name) {
 }
 
 /** Between two #rrggbb. */
-function between(low, high, share) {
+export function between(low, high, share) {
   const part = (text, at) => parseInt(text.slice(1 + 2 * at, 3 + 2 * at), 16);
   const mixed = [0, 1, 2].map((at) => Math.round(part(low, at) + (part(high, at) - part(low, at)) * share));
   return `rgb(${mixed.join(",")})`;
 }
 
 /** The middle of the steps of a list of angles. */
-function cells(angles) {
+export function cells(angles) {
   const sorted = [...new Set(angles)].sort((a, b) => a - b);
   const edges = sorted.map((angle, at) => {
     const before = at > 0 ? (sorted[at - 1] + angle) / 2 : angle - ((sorted[1] ?? angle + 10) - angle) / 2;
@@ -27,6 +27,9 @@ function cells(angles) {
   });
   return new Map(edges);
 }
+
+/** Directions that are read at rest: those that are swept have a map of their own. */
+export const isShown = (point) => point.kind === "lit" && !point.spectrum && !point.in_motion;
 
 export class Grid {
   constructor(element, text) {
@@ -48,7 +51,7 @@ export class Grid {
     this.outline = model.outline;
     this.shown.clear();
     this.marked = null;
-    this.points = [...model.points.values()].filter((point) => point.kind === "lit" && !point.spectrum);
+    this.points = [...model.points.values()].filter(isShown);
     this.c = cells(this.points.map((point) => point.c_deg));
     this.gamma = cells(this.points.map((point) => point.gamma_deg));
     const all = (map) => [...map.values()].flat();

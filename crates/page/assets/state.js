@@ -3,7 +3,7 @@
 export function empty() {
   return {
     outline: null, state: null, sentence: "", warmUps: [], stable: false, references: [], planes: new Map(),
-    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(), cursor: 0, flagged: 0, version: 0,
+    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(), cursor: 0, flagged: 0, version: 0, second: null,
   };
 }
 
@@ -35,6 +35,9 @@ export function add(model, event) {
     case "warm_up": model.warmUps.push(event); break;
     case "reading": reading(model, event); break;
     case "spectrum": spectrum(model, event); break;
+    // What is swept a second time, until it is.
+    case "second_sweep": model.second = event; break;
+    case "sweep": model.second = null; break;
   }
 }
 
@@ -56,7 +59,8 @@ function reading(model, row) {
     const points = model.dark.get(row.kind)?.points ?? new Set();
     model.dark.set(row.kind, { last: row, points: points.add(row.point) });
   }
-  if (row.kind !== "lit" || row.illuminance_lx === null) return;
+  // A direction that is read again at rest shows whether the sweeps hold; it is no part of the light.
+  if (row.kind !== "lit" || row.illuminance_lx === null || row.role === "check") return;
   // I = E·d², by the inverse square law; nothing is corrected yet.
   const cd = row.illuminance_lx * (row.distance_mm / 1000) ** 2;
   if (point) point.cd = cd;
@@ -72,9 +76,10 @@ function spectrum(model, event) {
   if (open) open.status = "done";
 }
 
-/** The first point of the plan that was not read yet; a point that was read stays so. */
+/** The first point of the plan that is read at rest and was not yet; a point that was read stays so. */
 export function nextPoint(model) {
-  while (model.points.get(model.cursor) && model.points.get(model.cursor).status !== "open") model.cursor += 1;
+  const isLeft = (point) => !point || (point.status === "open" && !point.in_motion);
+  while (!isLeft(model.points.get(model.cursor))) model.cursor += 1;
   return model.points.get(model.cursor) ?? null;
 }
 

@@ -51,6 +51,8 @@ assets! {
     "grid.js" SCRIPT;
     "charts.js" SCRIPT;
     "sensor.js" SCRIPT;
+    "in-motion.js" SCRIPT;
+    "u-map.js" SCRIPT;
     "dropped.js" SCRIPT;
     "commands.js" SCRIPT;
     "words.js" SCRIPT;

@@ -44,8 +44,10 @@ pub struct Status {
     pub changes: u64,
     /// Files of the results of the run that is shown.
     pub results: Vec<String>,
-    /// The sensor by the scan so far: counted up with each new map, 0 without one.
+    /// The sensor by the scan so far: another number for each map, 0 without one.
     pub sensor: u64,
+    /// What a scan in motion knows so far: another number after each sweep, 0 without one.
+    pub in_motion: u64,
 }
 
 /// What a person is asked to do.
@@ -71,8 +73,10 @@ struct Inner {
     outline: String,
     events: Vec<String>,
     status: Status,
-    /// The half-plane that is being read, and how often it changed.
-    half_plane: (Option<f64>, u64),
+    /// The half-plane that is being read.
+    half_plane: Option<f64>,
+    /// Counted up with what the light so far may have changed with: half-planes, sweeps, another scan.
+    marks: u64,
 }
 
 impl Broadcast {
@@ -84,7 +88,8 @@ impl Broadcast {
                 outline: json(&None::<Outline>),
                 events: Vec::new(),
                 status,
-                half_plane: (None, 0),
+                half_plane: None,
+                marks: 0,
             }),
             changed: watch::Sender::new(0),
             readers: AtomicUsize::new(0),
@@ -106,6 +111,7 @@ impl Broadcast {
             inner.session += 1;
             inner.outline = json(&outline);
             inner.events.clear();
+            (inner.half_plane, inner.marks) = (None, inner.marks + 1);
         }
         self.wake();
     }
@@ -120,19 +126,20 @@ impl Broadcast {
                 let at = match &live.logged.event {
                     ScanEvent::Reading(reading) if reading.role == Role::Point => Some(reading.c_target_deg),
                     _ if live.state.is_some() => None,
-                    _ => inner.half_plane.0,
+                    _ => inner.half_plane,
                 };
-                if inner.half_plane.0 != at {
-                    inner.half_plane = (at, inner.half_plane.1 + 1);
+                let is_sweep = matches!(live.logged.event, ScanEvent::Sweep { .. });
+                if inner.half_plane != at || is_sweep {
+                    (inner.half_plane, inner.marks) = (at, inner.marks + 1);
                 }
             }
             self.wake();
         }
     }
 
-    /// Counts the half-planes that were begun, and what ended one otherwise.
-    pub fn half_planes(&self) -> u64 {
-        self.inner().half_plane.1
+    /// Counts the half-planes that were begun, what ended one otherwise, sweeps, and scans.
+    pub fn marks(&self) -> u64 {
+        self.inner().marks
     }
 
     /// Changes the status; every tab is told if it is another one.
@@ -272,6 +279,30 @@ mod tests {
         assert_eq!((next.session, next.next), (further.session + 1, 1));
         // A number that the server never gave.
         assert_eq!(broadcast.message(next.session, 1000).next, 1);
+    }
+
+    #[test]
+    fn each_sweep_and_each_scan_is_worked_out_anew() {
+        let broadcast = Broadcast::new(Status::default());
+        let mut sweep = journal("sweep 1");
+        sweep.logged.event = ScanEvent::Sweep {
+            index: 0,
+            block: "lit".to_owned(),
+            c_deg: [0.0, 0.0],
+            gamma_deg: [-180.0, 180.0],
+            conversions: 238,
+            positions: 1467,
+        };
+        let mut marks = vec![broadcast.marks()];
+        for _ in 0..2 {
+            broadcast.publish(&sweep);
+            marks.push(broadcast.marks());
+        }
+        broadcast.publish(&journal("a line that changes no light"));
+        assert_eq!(broadcast.marks(), marks[2]);
+        broadcast.begin(None);
+        marks.push(broadcast.marks());
+        assert!(marks.windows(2).all(|pair| pair[0] < pair[1]), "{marks:?}");
     }
 
     #[test]

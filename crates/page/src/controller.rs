@@ -15,7 +15,7 @@ use isolux_app::study::{diagnosed, next};
 use crate::broadcast::{Broadcast, Question, Status};
 use crate::command::{Command, Order};
 use crate::runs::Runs;
-use crate::sensor::Sensor;
+use crate::so_far::SoFar;
 
 /// How commands of the page are signed in the record.
 const BY: &str = "the page";
@@ -34,7 +34,7 @@ pub struct Controller {
     orders: Option<Mutex<Sender<Order>>>,
     question: Arc<Open>,
     questions: Arc<AtomicU64>,
-    sensor: Sensor,
+    so_far: SoFar,
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -54,7 +54,7 @@ impl Controller {
             ..Status::default()
         }));
         Self {
-            sensor: Sensor::new(broadcast.clone()),
+            so_far: SoFar::new(broadcast.clone()),
             runs: Runs::new(broadcast.clone(), folder, orders.is_some()),
             broadcast,
             pace,
@@ -70,14 +70,9 @@ impl Controller {
         &self.broadcast
     }
 
-    /// The last map of the sensor, JSON.
-    pub fn sensor(&self) -> Option<String> {
-        self.sensor.last()
-    }
-
-    /// Keeps the map of the sensor in step with the scan that is shown.
-    pub fn follow_sensor(&self) {
-        self.sensor.follow();
+    /// What is worked out of the scan so far.
+    pub const fn so_far(&self) -> &SoFar {
+        &self.so_far
     }
 
     /// The report of the run that is shown.
@@ -102,7 +97,7 @@ impl Controller {
         self.broadcast.status(|status| {
             status.running = true;
             status.run = None;
-            status.sensor = 0;
+            (status.sensor, status.in_motion) = (0, 0);
             status.elsewhere = None;
             status.notice = None;
             (status.report, status.model, status.left_behind) = (false, false, None);

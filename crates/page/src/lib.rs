@@ -9,9 +9,9 @@ mod command;
 mod controller;
 mod guard;
 mod runs;
-mod sensor;
 mod server;
 mod shared;
+mod so_far;
 mod stream;
 mod study;
 
@@ -173,7 +173,7 @@ async fn look(controller: Arc<Controller>) {
             let controller = controller.clone();
             let _ = tokio::task::spawn_blocking(move || {
                 controller.look();
-                controller.follow_sensor();
+                controller.so_far().follow();
             })
             .await;
             looked = Instant::now();

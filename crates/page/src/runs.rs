@@ -102,7 +102,11 @@ impl Runs {
         let mut replay = Replay::of(path);
         let (outline, events) = replay.further()?;
         self.broadcast.begin(outline.as_ref());
-        self.broadcast.status(|status| status.run = Some(path.to_string()));
+        self.broadcast.status(|status| {
+            status.run = Some(path.to_string());
+            // What was worked out is of the run before.
+            (status.sensor, status.in_motion) = (0, 0);
+        });
         for live in &events {
             self.broadcast.publish(live);
         }

@@ -38,6 +38,7 @@ pub fn router(shared: Arc<Shared>) -> Router {
         .route("/api/stream", get(stream::stream))
         .route("/api/events", get(events))
         .route("/api/sensor", get(sensor))
+        .route("/api/in-motion", get(in_motion))
         .route("/api/command", post(command))
         .route("/api/study", post(study::study))
         .route("/api/inspect", post(inspect).layer(DefaultBodyLimit::max(LARGEST_DROP)))
@@ -137,10 +138,19 @@ async fn events(State(shared): State<Arc<Shared>>, Query(from): Query<From>) -> 
 
 /// The last map of the sensor.
 async fn sensor(State(shared): State<Arc<Shared>>) -> Response {
-    match shared.controller.sensor() {
-        Some(map) => json(map),
-        None => (StatusCode::NOT_FOUND, "there is no map of the sensor yet\n").into_response(),
-    }
+    so_far(
+        shared.controller.so_far().sensor(),
+        "there is no map of the sensor yet\n",
+    )
+}
+
+/// What a scan in motion knows so far.
+async fn in_motion(State(shared): State<Arc<Shared>>) -> Response {
+    so_far(shared.controller.so_far().in_motion(), "nothing was swept yet\n")
+}
+
+fn so_far(made: Option<String>, none: &'static str) -> Response {
+    made.map_or_else(|| (StatusCode::NOT_FOUND, none).into_response(), json)
 }
 
 /// The report of the run that is shown.

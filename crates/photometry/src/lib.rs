@@ -10,6 +10,7 @@
 
 mod around;
 mod asymmetry;
+mod between;
 mod circle;
 mod curve;
 mod direction;
@@ -22,6 +23,7 @@ mod symmetry;
 
 pub use around::{AroundSpline, BEYOND_RINGS, Missed, Ring, bands};
 pub use asymmetry::{Asymmetry, DIP_REL};
+pub use between::{MissedOfRing, OF_LEFT_OUT, ReadHalfPlanes, left_out, u_between, u_beyond_rings};
 pub use circle::{Circle, NotRound};
 pub use direction::{angles_deg, direction, polar_deg};
 pub use distribution::{DistributionError, IntensityDistribution, Peak};

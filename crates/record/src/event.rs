@@ -131,6 +131,21 @@ pub enum Event {
         #[serde(skip)]
         record: Option<Box<SpectrumRecord>>,
     },
+    /// A whole sweep was recorded.
+    Sweep {
+        /// Its number, from 0; the file of that number in `sweeps/` holds it.
+        index: u64,
+        /// The block.
+        block: String,
+        /// C from and to, degrees: of a half-plane one and the same.
+        c_deg: [f64; 2],
+        /// γ from and to, degrees: of a ring one and the same.
+        gamma_deg: [f64; 2],
+        /// Conversions of the meter.
+        conversions: u64,
+        /// Positions of the axis.
+        positions: u64,
+    },
     /// Half-planes of a block of sweeps were chosen.
     HalfPlanes {
         /// The block.
@@ -355,6 +370,7 @@ mod tests {
             r#"{"event":"warm_up","illuminance_lx":24.5,"lamp_s":30.25,"power_spread_rel":0.001,"power_w":null,"spread_rel":0.01,"time_utc":"2026-01-01T00:00:01Z"}"#,
             r#"{"event":"stable","lamp_s":1800.5,"noise_rel":0.0002,"spread_rel":0.003,"time_utc":"2026-01-01T00:30:00Z"}"#,
             r#"{"declined":null,"distance_mm":500.0,"event":"asked","prompt":"cap","time_utc":"2026-01-01T00:00:01Z","who":"Ada"}"#,
+            r#"{"block":"lit","c_deg":[90.0,90.0],"conversions":231,"event":"sweep","gamma_deg":[180.0,-180.0],"index":4,"positions":1210,"time_utc":"2026-01-01T00:00:01Z"}"#,
             r#"{"event":"spectrum","index":0,"integration_s":0.25,"time_utc":"2026-01-01T00:00:01Z"}"#,
             r#"{"axes_at_rest":true,"event":"stopped","how":"completed","left":{"axes_at_rest":true,"baffle_is_in":null,"c_deg":0.0,"gamma_deg":1.5,"lamp_is_on":true,"shutter_is_open":null},"message":"every point of the plan was read","time_utc":"2026-01-01T00:00:01Z"}"#,
         ] {

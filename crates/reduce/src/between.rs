@@ -7,14 +7,11 @@
 //! light of a γ. A half-plane that is left out is missed by as much as a gap twice as wide; a quarter of that is a
 //! standard uncertainty of the gaps beside it, where it is larger.
 
-use isolux_photometry::{AroundSpline, BEYOND_RINGS, Ring, bands};
+use isolux_photometry::{AroundSpline, MissedOfRing, ReadHalfPlanes, Ring, bands, u_between, u_beyond_rings};
 use isolux_record::plan::Block;
 
 use crate::grid::is_pole;
 use crate::samples::Sample;
-
-/// What is missed in a gap, in what is missed of the half-plane beside it.
-const OF_LEFT_OUT: f64 = 0.25;
 
 /// What a scan that chose its half-planes knows of the others.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,47 +95,27 @@ impl HalfPlanes {
     fn missed(&self, read: &Read) -> MissedOf {
         let gaps = read.c_deg.len();
         // Rings in candela: by what the half-planes have at their γ.
-        let of_rings: Vec<(f64, Vec<f64>, Vec<f64>)> = self
-            .rings
-            .iter()
-            .map(|ring| {
-                let light: f64 = (0..gaps).map(|plane| read.at(plane, ring.gamma_deg)).sum();
-                let own: f64 = read.c_deg.iter().map(|c| ring.at(*c)).sum();
-                let cd_per_lx = if own > 0.0 { light / own } else { 0.0 };
-                let missed = ring.missed(&read.c_deg);
-                let largest = missed.iter().map(|gap| cd_per_lx * gap.largest).collect();
-                let mean = missed.iter().map(|gap| cd_per_lx * gap.mean).collect();
-                (ring.gamma_deg, largest, mean)
-            })
-            .collect();
-        let left_out = read.left_out();
-        let of_ring = |gamma_deg: f64, gap: usize| -> f64 {
-            let next = of_rings.partition_point(|ring| ring.0 < gamma_deg);
-            match (next.checked_sub(1).map(|before| &of_rings[before]), of_rings.get(next)) {
-                (Some(a), Some(b)) => a.1[gap] + (b.1[gap] - a.1[gap]) * (gamma_deg - a.0) / (b.0 - a.0),
-                (Some(one), None) | (None, Some(one)) => one.1[gap],
-                (None, None) => 0.0,
-            }
+        let of_rings = self.rings.iter().map(|ring| {
+            let light: f64 = (0..gaps).map(|plane| read.at(plane, ring.gamma_deg)).sum();
+            let own: f64 = read.c_deg.iter().map(|c| ring.at(*c)).sum();
+            let cd_per_lx = if own > 0.0 { light / own } else { 0.0 };
+            let missed = ring.missed(&read.c_deg);
+            let largest = missed.iter().map(|gap| cd_per_lx * gap.largest).collect();
+            let mean: Vec<f64> = missed.iter().map(|gap| cd_per_lx * gap.mean).collect();
+            let gamma_deg = ring.gamma_deg;
+            (MissedOfRing { gamma_deg, largest }, (gamma_deg, mean))
+        });
+        let (largest, mean): (Vec<MissedOfRing>, Vec<(f64, Vec<f64>)>) = of_rings.unzip();
+        let cd = |row: &Vec<Sample>| row.iter().map(|sample| sample.intensity_cd).collect();
+        let light: Vec<Vec<f64>> = read.samples.iter().map(cd).collect();
+        let half_planes = ReadHalfPlanes {
+            c_deg: &read.c_deg,
+            gamma_deg: &read.gamma_deg,
+            light: &light,
         };
-        let u_cd = read
-            .gamma_deg
-            .iter()
-            .zip(left_out.iter().zip(&read.samples))
-            .map(|(gamma, (left_out, row))| {
-                // Where there is no light none is missed.
-                let brightest = row.iter().map(|sample| sample.intensity_cd).fold(0.0, f64::max);
-                let of_gap = |gap: usize| {
-                    let beside = left_out[gap].abs().max(left_out[(gap + 1) % gaps].abs());
-                    (0.5 * BEYOND_RINGS * of_ring(*gamma, gap))
-                        .max(OF_LEFT_OUT * beside)
-                        .min(brightest)
-                };
-                (0..gaps).map(of_gap).collect()
-            })
-            .collect();
         MissedOf {
-            u_cd,
-            u_flux_rel: 0.5 * BEYOND_RINGS * flux_rel(read, &of_rings),
+            u_cd: u_between(&half_planes, &largest),
+            u_flux_rel: u_beyond_rings(flux_rel(read, &mean)),
         }
     }
 }
@@ -151,7 +128,7 @@ struct MissedOf {
 }
 
 /// What the means over the gaps make of the flux: root of the sum of their squares, for each gap errs on its own.
-fn flux_rel(read: &Read, of_rings: &[(f64, Vec<f64>, Vec<f64>)]) -> f64 {
+fn flux_rel(read: &Read, of_rings: &[(f64, Vec<f64>)]) -> f64 {
     let gamma_deg: Vec<f64> = of_rings.iter().map(|ring| ring.0).collect();
     let bands = bands(&gamma_deg);
     let gaps = read.c_deg.len();
@@ -162,7 +139,7 @@ fn flux_rel(read: &Read, of_rings: &[(f64, Vec<f64>, Vec<f64>)]) -> f64 {
         .map(|(ring, band)| band * mean(ring.0))
         .sum();
     let of_gap = |gap: usize| {
-        let sum: f64 = of_rings.iter().zip(&bands).map(|(ring, band)| band * ring.2[gap]).sum();
+        let sum: f64 = of_rings.iter().zip(&bands).map(|(ring, band)| band * ring.1[gap]).sum();
         sum * read.width_deg(gap) / 360.0
     };
     let squares: f64 = (0..gaps).map(|gap| of_gap(gap).powi(2)).sum();
@@ -244,24 +221,6 @@ impl Read {
             (Some(before), None) => cd(before),
             (None, _) => cd(0),
         }
-    }
-
-    /// By γ and half-plane: the spline through the others, less what was read, cd.
-    fn left_out(&self) -> Vec<Vec<f64>> {
-        let count = self.c_deg.len();
-        let without = |out: usize, values: &[f64]| -> Vec<f64> {
-            let kept = values.iter().enumerate().filter(|(plane, _)| *plane != out);
-            kept.map(|(_, value)| *value).collect()
-        };
-        let of_row = |row: &Vec<Sample>| {
-            let cd: Vec<f64> = row.iter().map(|sample| sample.intensity_cd).collect();
-            let missed = |out: usize| {
-                let spline = AroundSpline::through(&without(out, &self.c_deg), &without(out, &cd));
-                spline.at(self.c_deg[out]) - cd[out]
-            };
-            (0..count).map(missed).collect()
-        };
-        self.samples.iter().map(of_row).collect()
     }
 }
 

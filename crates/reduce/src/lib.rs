@@ -40,6 +40,7 @@ mod reference;
 mod results;
 mod samples;
 mod smooth;
+mod so_far;
 mod spectral;
 mod spectral_noise;
 mod straight;
@@ -79,6 +80,7 @@ pub use quantity::{Quantity, no_uncertainty};
 pub use results::{Budget, COLOUR_FOLDER, ResultFile, Subtracted, budget_of, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
+pub use so_far::in_motion_so_far;
 pub use spectral::{SpectralResult, on_axis};
 pub use straight::straight_lines_miss_cd;
 

@@ -2,17 +2,18 @@
 //! half-planes that were swept show it at every γ. A function of the record alone, so that a resumed scan goes on as
 //! it would have.
 
+mod known;
+
 use std::collections::HashMap;
 
-use isolux_photometry::{AroundSpline, Asymmetry, BEYOND_RINGS, Circle, NotRound, Ring, Symmetry, bands};
+use isolux_photometry::{Asymmetry, Circle, NotRound, OF_LEFT_OUT, Ring, Symmetry, bands, u_beyond_rings};
 use isolux_record::Run;
 use isolux_record::plan::{Block, Pass, PlaneTarget, RINGS, Way, ring};
 use isolux_record::sweeps::SweepRecord;
 
 use crate::conversions::conversions;
+pub use known::Known;
 
-/// What a spline misses in a gap, in what it misses of a half-plane that is left out: the gap is then twice as wide.
-const OF_LEFT_OUT: f64 = 0.25;
 /// Rings lie where there is at least this share of the largest light.
 const LIGHT: f64 = 0.05;
 /// Where in the γ with light the rings lie: in the beam closer than outside.
@@ -176,7 +177,7 @@ impl Chosen {
             return Some(Next {
                 pass: ring(gamma_deg, !self.rose[1], speed_deg_s),
                 c_deg: Vec::new(),
-                reason: format!("a ring at γ {gamma_deg}°"),
+                reason: "rings show where the light changes over C".to_owned(),
             });
         }
         let (by_rings, reason) = self.by_rings(block, target, across);
@@ -226,23 +227,23 @@ impl Chosen {
             let missed = whole(&gaps, target);
             let mut order: Vec<usize> = (0..gaps.len()).collect();
             order.sort_by(|a, b| gaps[*b].abs().total_cmp(&gaps[*a].abs()));
-            let beyond = u_of(missed) > wanted(target);
+            let beyond = u_beyond_rings(missed) > wanted(target);
             let add = order.into_iter().find_map(|gap| {
                 let wanting = match target {
-                    PlaneTarget::UMapRel(wanted) => u_of(gaps[gap]) > wanted,
+                    PlaneTarget::UMapRel(wanted) => u_beyond_rings(gaps[gap]) > wanted,
                     PlaneTarget::UFluxRel(_) => gaps[gap] != 0.0,
                 };
                 wanting.then(|| middle(block, &set, &halves, gap)).flatten()
             });
             let Some(c_deg) = add.filter(|_| beyond) else {
                 let reason = format!(
-                    "of the {} rings a spline through {} half-planes misses {:.2} % {}: u = {:.2} % (k = 1); \
-                     wanted is {:.2} %",
-                    rings.len(),
+                    "{} half-planes are needed: of the {} rings a spline through them misses {:.2} % {}, which is u = \
+                     {:.2} % (k = 1); wanted is {:.2} %",
                     halves.len(),
+                    rings.len(),
                     100.0 * missed,
                     of_what(target),
-                    100.0 * u_of(missed),
+                    100.0 * u_beyond_rings(missed),
                     100.0 * wanted(target)
                 );
                 return (set, reason);
@@ -254,50 +255,10 @@ impl Chosen {
 
     /// The half-plane that is wanted most by what splines miss of those that are left out in turn.
     fn by_left_out(&self, block: &Block, target: PlaneTarget) -> Option<(f64, String)> {
-        let halves = self.halves(block);
-        let shift_deg = self.shift_deg(block);
+        let read = self.read(block);
         let swept: Vec<f64> = self.planes.iter().map(|plane| plane.c_deg).collect();
-        let centres: Vec<f64> = halves.iter().map(|half| half.c_deg).collect();
-        let gammas: Vec<f64> = block
-            .gamma_deg
-            .iter()
-            .copied()
-            .filter(|gamma| *gamma > 0.0 && *gamma < 180.0)
-            .collect();
-        // Of every γ the light in all half-planes.
-        let light: Vec<Vec<f64>> = gammas
-            .iter()
-            .map(|gamma| halves.iter().map(|half| half.at(*gamma, shift_deg)).collect())
-            .collect();
-        let sine = |gamma: &f64| gamma.to_radians().sin();
-        let flux: f64 = gammas
-            .iter()
-            .zip(&light)
-            .map(|(gamma, light)| sine(gamma) * light.iter().sum::<f64>() / light.len() as f64)
-            .sum();
-        let missed = |out: usize| -> f64 {
-            let others = |values: &[f64]| -> Vec<f64> {
-                let kept = values.iter().enumerate().filter(|(k, _)| *k != out);
-                kept.map(|(_, value)| *value).collect()
-            };
-            let others_deg = others(&centres);
-            let errors = light
-                .iter()
-                .map(|light| AroundSpline::through(&others_deg, &others(light)).at(centres[out]) - light[out]);
-            let count = centres.len();
-            let wide = (centres[(out + 1) % count] - centres[(out + count - 1) % count]).rem_euclid(360.0);
-            match target {
-                PlaneTarget::UMapRel(_) => errors.map(f64::abs).fold(0.0, f64::max) / self.largest(),
-                PlaneTarget::UFluxRel(_) => {
-                    let sum: f64 = errors.zip(&gammas).map(|(error, gamma)| sine(gamma) * error).sum();
-                    sum.abs() / flux * wide / 360.0
-                }
-            }
-        };
-        if halves.len() < 4 {
-            return None;
-        }
-        let mut worst: Vec<(usize, f64)> = (0..halves.len()).map(|out| (out, missed(out))).collect();
+        let mut worst: Vec<(usize, f64)> = read.left_out(target, self.largest())?.into_iter().enumerate().collect();
+        let centres = read.c_deg;
         worst.sort_by(|a, b| b.1.total_cmp(&a.1));
         let wanting = worst
             .into_iter()
@@ -488,11 +449,6 @@ fn whole(gaps: &[f64], target: PlaneTarget) -> f64 {
     }
 }
 
-/// Standard uncertainty anywhere by what is missed of rings.
-fn u_of(missed: f64) -> f64 {
-    0.5 * BEYOND_RINGS * missed
-}
-
 fn wanted(target: PlaneTarget) -> f64 {
     let (PlaneTarget::UMapRel(wanted) | PlaneTarget::UFluxRel(wanted)) = target;
     wanted
@@ -508,12 +464,13 @@ fn of_what(target: PlaneTarget) -> &'static str {
 #[cfg(test)]
 pub(crate) mod tests {
     use camino::Utf8Path;
+    use isolux_photometry::AroundSpline;
     use isolux_record::plan::Plan;
     use isolux_record::sweeps::{LightSample, PositionSample, SweepOf};
 
     use super::*;
 
-    fn block(target: &str) -> Block {
+    pub(in crate::chosen) fn block(target: &str) -> Block {
         let text = format!(
             "format = \"isolux-plan/1\"\n[[block]]\nname = \"a\"\nkind = \"lit\"\nmode = \"sweep\"\n\
              c_range = [0, 175, 5]\ngamma_range = [-90, 90, 2]\ntarget = {{ {target} }}\n"
@@ -576,7 +533,7 @@ pub(crate) mod tests {
     }
 
     /// The whole scan: what was swept, in its order.
-    fn scan(block: &Block, light: &dyn Fn(f64, f64) -> f64) -> (Vec<SweepRecord>, Vec<Next>) {
+    pub(in crate::chosen) fn scan(block: &Block, light: &dyn Fn(f64, f64) -> f64) -> (Vec<SweepRecord>, Vec<Next>) {
         let (mut chosen, mut records, mut said) = (Chosen::default(), Vec::new(), Vec::new());
         let first = block.passes().into_iter().take(4);
         for pass in first {
@@ -596,7 +553,7 @@ pub(crate) mod tests {
         said.iter().filter_map(|next| next.pass.way.half_plane_deg()).collect()
     }
 
-    fn lobe(gamma: f64) -> f64 {
+    pub(in crate::chosen) fn lobe(gamma: f64) -> f64 {
         100.0 * gamma.to_radians().cos().powi(3)
     }
 
@@ -660,12 +617,22 @@ pub(crate) mod tests {
                 lobe(gamma)
             }
         };
-        let (_, said) = scan(&block("u_map_rel = 0.005"), &dim);
+        let block = block("u_map_rel = 0.005");
+        let (records, said) = scan(&block, &dim);
         let by_left_out = said
             .iter()
             .filter(|next| next.reason.contains("through the other"))
             .count();
         assert!(by_left_out > 0, "{:?}", planes(&said));
+        // And what is shown as not known holds them.
+        for (made, next) in (4..).zip(&said) {
+            let known = Chosen::of(&block, records[..made].iter()).known(&block);
+            let u_rel = known.map_or(f64::INFINITY, |known| known.u_rel);
+            assert!(
+                u_rel > 0.005 || next.reason.contains("half-planes are needed"),
+                "after {made}: {u_rel}"
+            );
+        }
     }
 
     #[test]

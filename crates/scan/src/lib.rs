@@ -32,6 +32,7 @@ mod testing;
 
 pub use awake::Awake;
 pub use cancel::Cancel;
+pub use chosen::{Chosen, Known, Next};
 pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, OperatorRequest, TwoState};
 pub use distance::{Cost, DisplayRange, Distances, distances, distribution_block, lobe_exponent};
 pub use dry_run::{DryRun, VisitTime, distance_mm, dry_run, visit_times};

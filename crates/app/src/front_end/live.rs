@@ -98,6 +98,8 @@ pub struct PlanPoint {
     pub kind: ReadingKind,
     /// Whether a spectrum is taken there.
     pub spectrum: bool,
+    /// Whether a sweep begins there.
+    pub in_motion: bool,
     /// Target C in degrees.
     pub c_deg: f64,
     /// Target γ in degrees.
@@ -137,6 +139,7 @@ impl Outline {
                 block: block.name.clone(),
                 kind: block.kind,
                 spectrum: block.instrument == Instrument::Spectroradiometer,
+                in_motion: visit.pass.is_some(),
                 c_deg: visit.c_deg,
                 gamma_deg: visit.gamma_deg,
             }

@@ -120,6 +120,7 @@ impl<'a> Narrator<'a> {
                     .event(progress::Event::Note(&rest::sentence(left, self.station)));
             }
             Event::Spectrum { .. }
+            | Event::Sweep { .. }
             | Event::HalfPlanes { .. }
             | Event::SecondSweep { .. }
             | Event::Symmetry { .. }

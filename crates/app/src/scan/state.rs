@@ -107,6 +107,24 @@ impl ScanState {
                     .and_then(|(record, calibration)| Curve::of(record, calibration));
                 Some(format!("spectrum {index} recorded"))
             }
+            Event::Sweep {
+                index,
+                c_deg: [from_c, to_c],
+                gamma_deg: [from, to],
+                conversions,
+                positions,
+                ..
+            } => {
+                let along = if from_c == to_c {
+                    format!("at C {from_c}°, γ {from}° to {to}°")
+                } else {
+                    format!("around a ring at γ {from}°, C {from_c}° to {to_c}°")
+                };
+                let number = index + 1;
+                Some(format!(
+                    "sweep {number} {along}: {conversions} conversions, {positions} positions"
+                ))
+            }
             Event::HalfPlanes { c_deg, reason, .. } => {
                 let planes: Vec<String> = c_deg.iter().map(|c| format!("{c}°")).collect();
                 let (noun, planes) = (

@@ -1,6 +1,7 @@
 //! What a model says: a scene from any input, the map of a lit sensor, sweeps, predicted readings.
 
 pub mod array_files;
+pub(crate) mod in_motion;
 pub(crate) mod memory;
 pub mod predict;
 pub mod scene;

@@ -13,14 +13,16 @@ use isolux_reduce::{Options, on_axis};
 use isolux_report::map::Map;
 use isolux_report::sensor;
 use isolux_report::viewer::explorer::Explored;
-use isolux_sim::simulation::Method;
+use isolux_sim::simulation::{Method, Simulation};
 use isolux_units::digits::{significant, stated};
 use serde::Serialize;
 
 use crate::Failure;
 use crate::run::record;
-use crate::simulation::{scene, simulate};
+use crate::simulation::{in_motion, scene, simulate};
 
+/// The scene of the job, in a run directory.
+pub(crate) const SCENE: &str = "job/scene.toml";
 /// Pixels along the longer edge.
 const PIXELS: usize = 64;
 
@@ -50,57 +52,138 @@ pub struct SensorSoFar {
     pub scene: String,
 }
 
-/// The map by what the run directory `run` holds; none before the first half-plane is whole.
+/// The light of a scan that goes on, in all directions of its plan.
+pub(crate) struct LightSoFar {
+    /// As it is known best.
+    pub best: IntensityDistribution,
+    /// As it may be by what was not measured; none where nothing says that.
+    pub other: Option<IntensityDistribution>,
+    /// What the difference of both is divided by for a standard uncertainty.
+    pub divisor: f64,
+    /// Scatter and rounding of the strongest direction, relative.
+    pub u_reading_rel: f64,
+    /// Half-planes that were read, and those of the plan.
+    pub half_planes: [usize; 2],
+}
+
+/// What goes with the light of any part of a scan: spectrum, scene, and what all readings share.
+pub(crate) struct Lit {
+    spectral: Spectral,
+    /// Calibration of the lux meter and efficacy, relative.
+    u_common_rel: f64,
+    scene: Scene,
+    /// Where the sensor is taken from.
+    named: String,
+}
+
+/// The sensor under a light, and under the other one.
+struct Solved {
+    best: Simulation,
+    other: Option<Simulation>,
+    divisor: f64,
+    u_own_rel: f64,
+}
+
+impl Solved {
+    /// Standard uncertainty of a value that the other light makes another one.
+    fn u(&self, value: f64, other: f64) -> f64 {
+        ((value - other) / self.divisor).hypot(self.u_own_rel * value)
+    }
+
+    /// That of the mean.
+    fn u_mean(&self) -> Option<f64> {
+        let other = self.other.as_ref()?;
+        Some(self.u(self.best.facts.mean, other.facts.mean))
+    }
+}
+
+impl Lit {
+    /// The scene of the run directory `run`, lit by `light` for the time being, with so many pixels along its longer
+    /// edge.
+    pub fn of(run: &Utf8Path, record: &Run, light: &LightSoFar, pixels: usize) -> Result<Self, Failure> {
+        // A spectrum that cannot be used leaves the map in lx; the reduction says why.
+        let spectral = on_axis(record, &Options::default()).ok().flatten();
+        let u_ler_rel = spectral.as_ref().map_or(0.0, |spectral| spectral.ler.u_of_parts_rel());
+        let spectral = spectral.map_or(Spectral::None, |spectral| Spectral::Spectrum(spectral.spectrum));
+        let (scene, named) = the_scene(
+            run,
+            model(light.best.clone(), Emitter::Point {}, spectral.clone()),
+            pixels,
+        )?;
+        Ok(Self {
+            spectral,
+            u_common_rel: record.header.station.luxmeter().u_rel.hypot(u_ler_rel),
+            scene,
+            named,
+        })
+    }
+
+    /// Standard uncertainty of the mean on the sensor under `light`, relative; none where nothing says what is not
+    /// known.
+    pub fn u_mean_rel(&self, light: &LightSoFar) -> Result<Option<f64>, Failure> {
+        let solved = self.solve(light)?;
+        Ok(solved.u_mean().map(|u| u / solved.best.facts.mean))
+    }
+
+    fn solve(&self, light: &LightSoFar) -> Result<Solved, Failure> {
+        let under = |distribution: &IntensityDistribution| {
+            let mut scene = self.scene.clone();
+            scene.model = model(distribution.clone(), Emitter::Point {}, self.spectral.clone());
+            simulate::solve(&scene, Method::Inverse)
+        };
+        Ok(Solved {
+            best: under(&light.best)?,
+            other: light.other.as_ref().map(under).transpose()?,
+            divisor: light.divisor,
+            u_own_rel: light.u_reading_rel.hypot(self.u_common_rel),
+        })
+    }
+}
+
+/// The map by what the run directory `run` holds; none before the first half-plane is whole, of a scan in motion before
+/// it says what is uncertain between its half-planes.
 ///
 /// # Errors
 /// Bad input (exit 2) for what is no run directory, or a scene that cannot be lit.
 pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
     let record = record::read(run)?;
-    let Some(planes) = Planes::of(&record) else {
+    let light = match Planes::of(&record) {
+        Some(planes) => Some(planes.light()?),
+        None => in_motion::light_so_far(&record)?,
+    };
+    let Some(light) = light else {
         return Ok(None);
     };
-    // A spectrum that cannot be used leaves the map in lx; the reduction says why.
-    let spectral = on_axis(&record, &Options::default()).ok().flatten();
-    let u_ler_rel = spectral.as_ref().map_or(0.0, |spectral| spectral.ler.u_of_parts_rel());
-    let spectral = spectral.map_or(Spectral::None, |spectral| Spectral::Spectrum(spectral.spectrum));
-    let interpolated = planes.distribution(Planes::interpolated)?;
-    let (scene, named) = the_scene(run, model(interpolated, Emitter::Point {}, spectral.clone()))?;
-    let solved = simulate::solve(&scene, Method::Inverse)?;
-    let facts = &solved.facts;
-    let own_rel = planes
-        .u_reading_rel
-        .hypot(record.header.station.luxmeter().u_rel)
-        .hypot(u_ler_rel);
+    let lit = Lit::of(run, &record, &light, PIXELS)?;
+    let solved = lit.solve(&light)?;
+    let facts = &solved.best.facts;
     let unit = facts.unit.symbol();
-    let (mut expanded, mut mean) = (None, format!("{} {unit}", significant(facts.mean, 3)));
-    if planes.whole.len() > 1 {
-        let mut scene = scene.clone();
-        scene.model = model(planes.distribution(Planes::mean)?, Emitter::Point {}, spectral);
-        let other = simulate::solve(&scene, Method::Inverse)?;
-        // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a
-        // − b|).
-        let u = |value: f64, other: f64| ((value - other) / 3.0_f64.sqrt()).hypot(own_rel * value);
-        let pixels = solved.map.iter().zip(other.map.iter());
-        let of_pixel = |(a, b): (&f32, &f32)| (2.0 * u(f64::from(*a), f64::from(*b))) as f32;
+    let expanded = solved.other.as_ref().map(|other| {
+        let pixels = solved.best.map.iter().zip(other.map.iter());
+        let of_pixel = |(a, b): (&f32, &f32)| (2.0 * solved.u(f64::from(*a), f64::from(*b))) as f32;
         let values: Vec<f32> = pixels.map(of_pixel).collect();
         let u_map = Map {
             values: &values,
-            ..sensor::picture(&solved)
+            ..sensor::picture(&solved.best)
         };
-        expanded = Some(Explored::of(&u_map, 2));
-        mean = stated(facts.mean, u(facts.mean, other.facts.mean), unit);
-    }
+        Explored::of(&u_map, 2)
+    });
+    let mean = match solved.u_mean() {
+        Some(u) => stated(facts.mean, u, unit),
+        None => format!("{} {unit}", significant(facts.mean, 3)),
+    };
+    let [half_planes, planned] = light.half_planes;
     Ok(Some(SensorSoFar {
-        half_planes: planes.whole.len(),
-        planned: planes.planned.len(),
+        half_planes,
+        planned,
         size_mm: facts.size_mm,
-        distance_mm: scene.sensor.pose.distance_mm,
+        distance_mm: lit.scene.sensor.pose.distance_mm,
         unit,
         mean,
         expanded,
         min_over_mean: facts.uniformity_min_over_mean,
-        map: Explored::of(&sensor::picture(&solved), 4),
-        scene: named,
+        map: Explored::of(&sensor::picture(&solved.best), 4),
+        scene: lit.named,
     }))
 }
 
@@ -115,16 +198,16 @@ pub(crate) fn model(distribution: IntensityDistribution, emitter: Emitter, spect
 }
 
 /// The sensor of the day's job, or that of the published case, with few pixels.
-fn the_scene(run: &Utf8Path, model: Model) -> Result<(Scene, String), Failure> {
-    let file = run.join("job/scene.toml");
+fn the_scene(run: &Utf8Path, model: Model, most: usize) -> Result<(Scene, String), Failure> {
+    let file = run.join(SCENE);
     let (mut illuminated, named) = if file.is_file() {
         (scene::lit_by(&file, &model)?, "the job's scene".to_owned())
     } else {
         (scene::of_the_published_case(&model)?, "the published case".to_owned())
     };
     let longest = illuminated.sensor.pixels[0].max(illuminated.sensor.pixels[1]).max(1);
-    let few = |pixels: usize| (pixels * PIXELS / longest).clamp(1, pixels);
-    if longest > PIXELS {
+    let few = |pixels: usize| (pixels * most / longest).clamp(1, pixels);
+    if longest > most {
         illuminated.sensor.pixels = illuminated.sensor.pixels.map(few);
     }
     Ok((illuminated, named))
@@ -186,6 +269,19 @@ impl Planes {
             gamma_deg,
             whole,
             u_reading_rel,
+        })
+    }
+
+    /// What is missing lies between its neighbours, or is the mean of all: two ways to fill it, taken as the ends of a
+    /// rectangle (JCGM 100, 4.3.7, of half width |a − b|). A single half-plane says nothing of the others.
+    fn light(&self) -> Result<LightSoFar, Failure> {
+        let some = self.whole.len() > 1;
+        Ok(LightSoFar {
+            best: self.distribution(Self::interpolated)?,
+            other: some.then(|| self.distribution(Self::mean)).transpose()?,
+            divisor: 3.0_f64.sqrt(),
+            u_reading_rel: self.u_reading_rel,
+            half_planes: [self.whole.len(), self.planned.len()],
         })
     }
 

@@ -4,6 +4,7 @@
 pub mod card;
 mod curves;
 pub mod diagnosed;
+pub mod in_motion;
 pub mod next;
 pub mod results;
 pub mod what_if;

@@ -13,6 +13,7 @@ use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
+use isolux_app::study::in_motion::{InMotion, in_motion};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_photometry::IntensityDistribution;
@@ -301,14 +302,73 @@ fn chosen_half_planes_give_the_others_with_an_uncertainty_that_holds() {
             .iter()
             .any(|note| note.starts_with("half-planes were chosen"))
     );
+    is_shown_as_reduced(&shown(&path), &reduction);
     // Interrupted it is no finished choice: the half-planes of the plan are what is missing.
     let (_keep, cut) = folder();
-    scanned(&darkroom, &chosen(), Target::New(&cut), Some(2160.0)).unwrap_err();
+    // In the third sweep behind the rings.
+    let cut_s = Run::read(&path).unwrap().sweeps[11].light[20].asked_s;
+    scanned(&darkroom, &chosen(), Target::New(&cut), Some(cut_s)).unwrap_err();
     let partial = reduced(&cut).partial.unwrap();
     assert_eq!(partial.planned_c_deg.len(), 72);
+    let before = shown(&cut);
     scanned(&darkroom, &chosen(), Target::Resume(&cut), None).unwrap();
     let resumed = reduced(&cut);
-    assert_eq!(resumed.between.unwrap().read_c_deg, between.read_c_deg);
+    assert_eq!(resumed.between.as_ref().unwrap().read_c_deg, between.read_c_deg);
+    let after = shown(&cut);
+    is_shown_as_reduced(&after, &resumed);
+    // Taken up again it is shown as it was, and goes on with what was shown as the next sweep.
+    let [before_u, after_u] = [&before, &after].map(|shown| shown.target.clone().unwrap().after);
+    assert_eq!((before.sweeps, before_u.len()), (11, 3), "{before_u:?}");
+    assert_eq!(before_u, after_u[..before_u.len()]);
+    let next = Run::read(&cut).unwrap().sweeps[before.sweeps].of.c_target_deg;
+    assert_eq!(before.next.unwrap().c_deg, [next, next + 180.0]);
+}
+
+/// What the page shows of a scan in motion.
+fn shown(path: &Utf8Path) -> InMotion {
+    in_motion(path).unwrap().unwrap()
+}
+
+/// Every direction that was swept is shown with the uncertainty that the reduction states, the others with what the scan
+/// was after, and that as it fell.
+fn is_shown_as_reduced(shown: &InMotion, reduction: &Reduction) {
+    let between = reduction.between.as_ref().unwrap();
+    assert_eq!(shown.swept_c_deg, between.read_c_deg);
+    assert_eq!(shown.next, None);
+    let target = shown.target.as_ref().unwrap();
+    let (first, last) = (target.after.first().unwrap(), target.after.last().unwrap());
+    assert!(
+        first.u_rel > target.wanted_rel && last.u_rel <= target.wanted_rel,
+        "{target:?}"
+    );
+    assert_eq!(last.sweeps, shown.sweeps);
+    assert_eq!(shown.sensor, None, "no job, no scene");
+    let largest_cd = shown.largest_cd.unwrap();
+    let (mut swept, mut others) = (0, 0);
+    for node in reduction.grid.nodes.iter().filter(|node| !node.closing) {
+        let place = |all: &[f64], angle: f64| all.iter().position(|at| *at == angle).unwrap();
+        let cell = place(&shown.c_deg, node.c_deg) * shown.gamma_deg.len() + place(&shown.gamma_deg, node.gamma_deg);
+        let u_rel = shown.u_rel[cell].unwrap();
+        let is_pole = node.gamma_deg == 0.0 || node.gamma_deg == 180.0;
+        if between.is_read(node.c_deg) && !is_pole {
+            assert!(
+                (u_rel * largest_cd / node.u_own_cd() - 1.0).abs() < 1e-9,
+                "{node:?}: {u_rel}"
+            );
+            swept += 1;
+        } else if !is_pole {
+            let beside = shown
+                .swept_c_deg
+                .iter()
+                .map(|c| place(&shown.c_deg, *c) * shown.gamma_deg.len());
+            let column = place(&shown.gamma_deg, node.gamma_deg);
+            let most = beside.filter_map(|row| shown.u_rel[row + column]).fold(0.0, f64::max);
+            assert!(u_rel <= last.u_rel.hypot(most) + 1e-12, "{node:?}: {u_rel}");
+            others += 1;
+        }
+    }
+    assert!(swept > 500 && others > 500, "{swept} {others}");
+    assert!(shown.u_rel.iter().all(Option::is_some));
 }
 
 /// A narrow round lamp, dimmed by `depth` about the half-plane at `at_deg` over a full width at half depth of 20°.

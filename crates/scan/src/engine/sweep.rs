@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use isolux_device::{Axis, Conversions, DeviceError, LuxOutcome, LuxRange, LuxSample};
 use isolux_photometry::Ring;
+use isolux_record::Event;
 use isolux_record::plan::{Block, Pass, Way};
 use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
 use tokio::time::{Instant, sleep, sleep_until};
@@ -297,22 +298,23 @@ impl Session<'_> {
     /// Records a whole sweep.
     pub(super) fn keep_sweep(&mut self, record: SweepRecord) -> Result<(), ScanError> {
         let way = record.of.way();
-        let (samples, positions) = (record.light.len(), record.positions.len());
+        let (conversions, positions) = (record.light.len() as u64, record.positions.len() as u64);
         let mut blocks = self.run.header().plan.blocks().iter();
         if let Some(block) = blocks.find(|block| block.name == record.of.block) {
             self.coverage.add(block, &record);
             self.chosen.entry(block.name.clone()).or_default().add(block, &record);
         }
+        let block = record.of.block.clone();
         let index = self.run.sweep(record)?;
-        let [from, to] = way.moving_deg();
-        let along = match way {
-            Way::HalfPlane { c_deg, .. } => format!("at C {c_deg}°, γ {from}° to {to}°"),
-            Way::Ring { gamma_deg, .. } => format!("around a ring at γ {gamma_deg}°, C {from}° to {to}°"),
-        };
-        self.note(&format!(
-            "sweep {} {along}: {samples} conversions, {positions} positions",
-            index + 1
-        ))
+        let [(from_c, from_gamma), (to_c, to_gamma)] = way.moving_deg().map(|place| way.at_deg(place));
+        self.event(Event::Sweep {
+            index,
+            block,
+            c_deg: [from_c, to_c],
+            gamma_deg: [from_gamma, to_gamma],
+            conversions,
+            positions,
+        })
     }
 }
 
