@@ -7,11 +7,11 @@
 //!
 //! Files are `.ldt` and `.ies`; without any, a dozen luminaires that this program makes. `--seeds` rooms a lamp, of
 //! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--beam` the
-//! speed of a second sweep within the beam; `--dim` the digits below which light is swept again more sensitively; `--target`
-//! u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the half-planes and γ
-//! that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the P-9710; `--cases` a
-//! line a scan; `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A lamp that `init` refuses
-//! is named and left out.
+//! speed of a second sweep within the beam; `--dim` the digits below which light is swept again more sensitively;
+//! `--target` u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the
+//! half-planes and γ that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the
+//! P-9710; `--cases` a line a scan; `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A
+//! lamp that `init` refuses is named and left out.
 //!
 //! | column | what |
 //! |---|---|
@@ -379,7 +379,8 @@ fn gain(driver: &str, document: &Darkroom) -> f64 {
     }
 }
 
-/// The reduction against the light of the room's lamp at the distance of the scan, by a meter that reads `gain` times it.
+/// The reduction against the light of the room's lamp at the distance of the scan, by a meter that reads `gain` times
+/// it.
 fn judged(reduction: &Reduction, room: &Room, gain: f64, time_s: f64) -> Outcome<Figures> {
     let read = &reduction.grid.distribution;
     let ages: Vec<f64> = reduction.grid.nodes.iter().filter_map(|node| node.lamp_s).collect();

@@ -35,8 +35,8 @@ pub trait Spectroradiometer: Send + Sync {
     /// integrated from [`RawSpectrum::began`] on; its detector's temperature is not asked for.
     ///
     /// # Errors
-    /// As [`acquire`](Self::acquire), and for a spectrum that was ready before it could be integrated: when its light was
-    /// is not known. After an error the next call first proves that the line is in step.
+    /// As [`acquire`](Self::acquire), and for a spectrum that was ready before it could be integrated: when its light
+    /// was is not known. After an error the next call first proves that the line is in step.
     async fn sample(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError>;
 }
 

@@ -30,7 +30,12 @@ class Falling extends Chart {
   }
 }
 
-const OVER = { completed: "The scan is completed.", interrupted: "The scan was ended; taken up again it goes on so.", failed: "The scan failed; taken up again it goes on so.", evaluating: "The scan is completed." };
+const OVER = {
+  completed: "The scan is completed.",
+  evaluating: "The scan is completed.",
+  interrupted: "The scan was ended; taken up again it goes on so.",
+  failed: "The scan failed; taken up again it goes on so.",
+};
 
 /** What comes next and why. */
 function nextWords({ next, target }, { state, second }) {
@@ -40,7 +45,10 @@ function nextWords({ next, target }, { state, second }) {
     const opposite = next.c_deg.length > 1 ? `, which reads ${list(next.c_deg)}` : "";
     return [ended ?? "", `Next: ${next.what}${opposite}.`, `Why: ${next.reason}.${later}`];
   }
-  if (second && !ended) return ["", `Now: C ${second.c_deg}°, γ ${second.gamma_deg[0]}° to ${second.gamma_deg[1]}° once more.`, `Why: ${second.reason}.`];
+  if (second && !ended) {
+    const [from, to] = second.gamma_deg;
+    return ["", `Now: C ${second.c_deg}°, γ ${from}° to ${to}° once more.`, `Why: ${second.reason}.`];
+  }
   const done = target ? "No further half-plane is needed or left to choose from." : "All half-planes of the plan are swept.";
   return [ended ?? "", done, ended ? "" : "Second sweeps, gaps and directions at rest follow where the plan has them."];
 }
@@ -95,18 +103,23 @@ export class InMotion {
     const most = known.length ? `, at most ${percent(Math.max(...known))}` : "";
     const of = largest === null ? "" : ` Largest light ${significant(largest, 3)} cd, E·d², not corrected.`;
     const one = sweeps === 1 ? "sweep" : "sweeps";
-    return `u (k = 1) of each direction in % of the largest light so far: ${Math.round((100 * known.length) / all.length)} % of the directions known${most}. Block ${block}: ${sweeps} ${one}, ${swept.length} of ${planes.length} half-planes read.${of}`;
+    const share = Math.round((100 * known.length) / all.length);
+    return `u (k = 1) of each direction in % of the largest light so far: ${share} % of the directions known${most}. `
+      + `Block ${block}: ${sweeps} ${one}, ${swept.length} of ${planes.length} half-planes read.${of}`;
   }
 
   #targetWords({ of, wanted_rel: wanted, after }) {
     const last = after.at(-1);
     if (!last) return `Target: u (k = 1) ${of}, ${percent(wanted)}. Known from when the rings are swept.`;
     const reached = last.u_rel <= wanted ? "reached" : "not reached yet";
-    return `u (k = 1) ${of}, by what is interpolated: ${percent(last.u_rel)} after ${last.sweeps} sweeps; target ${percent(wanted)} (dashed), ${reached}.`;
+    return `u (k = 1) ${of}, by what is interpolated: ${percent(last.u_rel)} after ${last.sweeps} sweeps; `
+      + `target ${percent(wanted)} (dashed), ${reached}.`;
   }
 
   #sensorWords(sensor) {
     const last = sensor.at(-1);
-    return last ? `U (k = 2) of the mean on the sensor of the job's scene: ${percent(last.u_rel)} after ${last.sweeps} sweeps.` : "Sensor of the job's scene: known from when the rings are swept.";
+    return last
+      ? `U (k = 2) of the mean on the sensor of the job's scene: ${percent(last.u_rel)} after ${last.sweeps} sweeps.`
+      : "Sensor of the job's scene: known from when the rings are swept.";
   }
 }

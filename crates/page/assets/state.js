@@ -3,7 +3,8 @@
 export function empty() {
   return {
     outline: null, state: null, sentence: "", warmUps: [], stable: false, references: [], planes: new Map(),
-    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(), cursor: 0, flagged: 0, version: 0, second: null,
+    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(),
+    cursor: 0, flagged: 0, version: 0, second: null,
   };
 }
 

@@ -122,9 +122,13 @@ export class UMap {
     pen.font = "11px system-ui, sans-serif";
     pen.textAlign = "center";
     const step = this.toC - this.fromC > 200 ? 90 : 30;
-    for (let c = Math.ceil(this.fromC / step) * step; c <= this.toC; c += step) pen.fillText(`C${c}°`, Math.min(this.#x(c), this.width - 18), HEIGHT - 8);
+    for (let c = Math.ceil(this.fromC / step) * step; c <= this.toC; c += step) {
+      pen.fillText(`C${c}°`, Math.min(this.#x(c), this.width - 18), HEIGHT - 8);
+    }
     pen.textAlign = "right";
-    for (let gamma = Math.ceil(this.fromGamma / 30) * 30; gamma <= this.toGamma; gamma += 30) pen.fillText(`γ${gamma}°`, MARGIN.left - 5, this.#y(gamma) + 4);
+    for (let gamma = Math.ceil(this.fromGamma / 30) * 30; gamma <= this.toGamma; gamma += 30) {
+      pen.fillText(`γ${gamma}°`, MARGIN.left - 5, this.#y(gamma) + 4);
+    }
   }
 
   /** A full triangle above each half-plane that was swept; an open one and a dashed frame where the next one is, or

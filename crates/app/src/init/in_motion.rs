@@ -54,7 +54,8 @@ const DIM_FLUX: f64 = 0.01;
 const DIM_DIGITS: u32 = 20;
 
 /// A plan as sweeps for the lux meter of `choice`: its first block with the same steps, two half-planes a sweep. Second
-/// sweeps are proposed where `light`, that of the lamp's file, needs them; every other key of sweeps is there as a comment.
+/// sweeps are proposed where `light`, that of the lamp's file, needs them; every other key of sweeps is there as a
+/// comment.
 ///
 /// # Errors
 /// Bad input (exit 2) for a plan whose first block has no ranges.

@@ -329,8 +329,8 @@ fn shown(path: &Utf8Path) -> InMotion {
     in_motion(path).unwrap().unwrap()
 }
 
-/// Every direction that was swept is shown with the uncertainty that the reduction states, the others with what the scan
-/// was after, and that as it fell.
+/// Every direction that was swept is shown with the uncertainty that the reduction states, the others with what the
+/// scan was after, and that as it fell.
 fn is_shown_as_reduced(shown: &InMotion, reduction: &Reduction) {
     let between = reduction.between.as_ref().unwrap();
     assert_eq!(shown.swept_c_deg, between.read_c_deg);

@@ -5,9 +5,9 @@
 //!
 //! The meter converts all the time, and a request gets the latest value: light of the update interval and the
 //! integration before the request. One whose profile says `converts = "on_request"` begins a conversion with the
-//! request, and can be read in motion. What an answer is believed for is said in `confirmed.rs`. A line in doubt is put in
-//! step by the command of `[identity]`, whose reply must not read as a reading; without one the silence after a failure
-//! is all there is.
+//! request, and can be read in motion. What an answer is believed for is said in `confirmed.rs`. A line in doubt is
+//! put in step by the command of `[identity]`, whose reply must not read as a reading; without one the silence after a
+//! failure is all there is.
 
 mod profile;
 

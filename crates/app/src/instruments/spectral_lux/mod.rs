@@ -27,8 +27,8 @@ const PARTS: [u32; 7] = [1, 2, 5, 10, 20, 50, 100];
 /// Spectra that are the dark of a range.
 const DARKS: u32 = 8;
 
-/// Share of saturation by which the dark of all pixels but this share may grow from the shortest integration time to the
-/// longest: dark current is less, light is more, and some pixels are hot.
+/// Share of saturation by which the dark of all pixels but this share may grow from the shortest integration time to
+/// the longest: dark current is less, light is more, and some pixels are hot.
 const MOST_DARK: f64 = 0.005;
 const HOT: f64 = 0.01;
 

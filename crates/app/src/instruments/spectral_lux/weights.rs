@@ -26,7 +26,7 @@ pub(super) fn of(wavelength_nm: &[f64], factor: &[f64]) -> Result<Vec<f64>, Stri
     let covered = calibrated.map(|(seen, _)| seen).sum::<f64>() / V_LAMBDA.iter().sum::<f64>();
     if covered < COVERED {
         return Err(format!(
-            "its calibration covers {:.1} % of V(λ): no illuminance can be told from it",
+            "its calibration covers {:.1} % of V(λ): no illuminance follows from it",
             100.0 * covered
         ));
     }
