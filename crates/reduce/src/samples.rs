@@ -6,10 +6,18 @@ use isolux_record::{Quality, Reading};
 
 use crate::background::{noise_of_one, rounding};
 use crate::error::ReduceError;
-use crate::sweeps::OfCurve;
 
 /// How far a read-back may lie from the plan's direction before the row is taken for a fault of the axes.
 const ASTRAY_DEG: f64 = 1.0;
+
+/// A reading that the curve of a sweep gives, beside its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OfCurve {
+    /// Standard uncertainty that the curve leaves open, lx.
+    pub u_lx: f64,
+    /// What it counts for beside those of other sweeps at the direction, 1/lx².
+    pub weight: f64,
+}
 
 /// The mean of all readings of one direction of the plan.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! What straight lines between the directions of a distribution miss, direction by direction.
 //!
 //! Photometric files are read with straight lines from one direction to the next. Over a step h such a line misses up
-//! to f″·h²/8; f″ at a direction follows from what the line through its two neighbours misses of it (a·b·f″/2, a and b
-//! the steps beside it). In a gap the larger f″ of its two ends counts, at a direction the worse of the gaps beside
+//! to f″·h²/8; f″ at a direction follows from what the line through its two neighbours misses of it (a·b·f″/2, a and
+//! b the steps beside it). In a gap the larger f″ of its two ends counts, at a direction the worse of the gaps beside
 //! it. Along γ and over C are added in squares. A kink is missed by no more than this too, for it bends the line
 //! through the neighbours.
 

@@ -23,6 +23,7 @@ use isolux_record::{Reading, Role, Run};
 
 use crate::between::HalfPlanes;
 use crate::error::ReduceError;
+use crate::samples::OfCurve;
 pub use at_rest::{Check, Checked};
 use delay::{Delay, Shift};
 use guard::LeftOut;
@@ -45,15 +46,6 @@ pub struct InMotion {
     pub half_planes: Option<HalfPlanes>,
     /// What is known of the rows that the curves of sweeps give, by their numbers.
     pub of_curves: BTreeMap<u64, OfCurve>,
-}
-
-/// A reading that the curve of a sweep gives, beside its noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OfCurve {
-    /// Standard uncertainty that the curve leaves open, lx.
-    pub u_lx: f64,
-    /// What it counts for beside those of other sweeps at the direction, 1/lx².
-    pub weight: f64,
 }
 
 /// A run whose sweeps are readings.

@@ -7,7 +7,7 @@ use isolux_record::{DistanceClass, ReadingKind, Station};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-use crate::dry_run::distance_mm;
+use crate::read_distance::distance_mm;
 
 /// One range of a lux meter: its end, and the last digit of its display.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -7,7 +7,9 @@ use isolux_record::{DistanceClass, ReadingKind, Role, Station, apart_from_mm, se
 use serde::Serialize;
 
 use crate::itinerary::{Visit, is_last_sweep, visits};
+use crate::read_distance::{distance_mm, own_distance_mm};
 use crate::second;
+use crate::sweep_note;
 use crate::sweeps;
 use crate::warmup::Criterion;
 
@@ -253,20 +255,6 @@ fn summary(station: &Station, block: &Block) -> BlockSummary {
     }
 }
 
-/// The distance at which a block is read.
-pub fn distance_mm(station: &Station, block: &Block) -> f64 {
-    block
-        .distance_mm
-        .unwrap_or_else(|| own_distance_mm(station, block.instrument))
-}
-
-fn own_distance_mm(station: &Station, instrument: Instrument) -> f64 {
-    match (instrument, station.spectroradiometer()) {
-        (Instrument::Spectroradiometer, Some(spectro)) => spectro.distance_mm,
-        _ => station.bench().distance_mm,
-    }
-}
-
 fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fault> {
     sweeps::check_axis(station, index, block)?;
     let key = |name: &str| format!("block.{index}.{name}");
@@ -372,7 +360,7 @@ fn notes(station: &Station, plan: &Plan) -> Vec<String> {
     notes.extend(
         plan.blocks()
             .iter()
-            .filter_map(|block| sweeps::note(station, block, at_rest_s)),
+            .filter_map(|block| sweep_note::note(station, block, at_rest_s)),
     );
     notes.extend(plan.blocks().iter().filter_map(|block| blurred(station, block)));
     let mut lamp_was_on = false;

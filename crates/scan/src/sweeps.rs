@@ -4,13 +4,12 @@ use isolux_device::{Conversions, LuxMeterProperties};
 use isolux_photometry::Symmetry;
 use isolux_record::Station;
 use isolux_record::document::Fault;
-use isolux_record::plan::{Block, Pass, Plan, RINGS, Way};
+use isolux_record::plan::{Block, Pass, Plan, Way};
 use isolux_record::station::Axis;
 
 use crate::chosen;
 use crate::devices::Devices;
-use crate::dry_run::distance_mm;
-use crate::second;
+use crate::read_distance::distance_mm;
 
 /// Between the end of one conversion and the beginning of the next: both ways on a line of 9600 baud.
 const EXCHANGE_S: f64 = 0.03;
@@ -212,36 +211,4 @@ pub(crate) fn pass_s(station: &Station, pass: &Pass) -> f64 {
     let accel = moving(station, pass).1.accel_deg_s2;
     let [start, end] = pass.ends_deg(accel);
     (end - start).abs() / pass.speed_deg_s + pass.speed_deg_s / accel
-}
-
-/// A sentence on a block of sweeps beside what its directions would take at rest, each `at_rest_s`.
-pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<String> {
-    let passes = block.passes();
-    let moving_s = |passes: &[Pass]| passes.iter().map(|pass| pass_s(station, pass)).sum::<f64>();
-    let directions = block.c_deg.len() * block.gamma_deg.len();
-    let at_rest_s = directions as f64 * at_rest_s;
-    if passes.is_empty() {
-        return None;
-    }
-    let second = second::words(station, block);
-    if block.target.is_some() {
-        // The first half-plane, the one across and the rings are swept whatever the light is.
-        let least = passes.len() - (block.c_deg.len() - 1) + 1;
-        return Some(format!(
-            "block `{}`: {least} to {} sweeps, {:.0} to {:.0} s of motion: {RINGS} rings and the half-planes that \
-             they show to be needed, {second}and {AT_REST} directions at rest; all {directions} directions at rest take \
-             {at_rest_s:.0} s or more",
-            block.name,
-            passes.len(),
-            moving_s(&passes[..least]),
-            moving_s(&passes),
-        ));
-    }
-    Some(format!(
-        "block `{}`: {} sweeps, {:.0} s of motion, {second}and {AT_REST} directions at rest; \
-         the same {directions} directions at rest take {at_rest_s:.0} s or more",
-        block.name,
-        passes.len(),
-        moving_s(&passes),
-    ))
 }

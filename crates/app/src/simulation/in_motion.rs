@@ -7,7 +7,7 @@ use isolux_reduce::{Sample, in_motion_so_far};
 use isolux_scan::{Chosen, Known};
 
 use crate::Failure;
-use crate::simulation::sensor_so_far::LightSoFar;
+use crate::simulation::light_so_far::LightSoFar;
 
 /// The block that is swept: that of the last sweep.
 pub(crate) fn block(record: &Run) -> Option<&Block> {

@@ -2,6 +2,7 @@
 
 pub mod array_files;
 pub(crate) mod in_motion;
+mod light_so_far;
 pub(crate) mod memory;
 pub mod predict;
 pub mod scene;

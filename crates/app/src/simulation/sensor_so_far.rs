@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use crate::Failure;
 use crate::run::record;
+use crate::simulation::light_so_far::LightSoFar;
 use crate::simulation::{in_motion, scene, simulate};
 
 /// The scene of the job, in a run directory.
@@ -50,20 +51,6 @@ pub struct SensorSoFar {
     pub min_over_mean: f64,
     /// Where the sensor is taken from.
     pub scene: String,
-}
-
-/// The light of a scan that goes on, in all directions of its plan.
-pub(crate) struct LightSoFar {
-    /// As it is known best.
-    pub best: IntensityDistribution,
-    /// As it may be by what was not measured; none where nothing says that.
-    pub other: Option<IntensityDistribution>,
-    /// What the difference of both is divided by for a standard uncertainty.
-    pub divisor: f64,
-    /// Scatter and rounding of the strongest direction, relative.
-    pub u_reading_rel: f64,
-    /// Half-planes that were read, and those of the plan.
-    pub half_planes: [usize; 2],
 }
 
 /// What goes with the light of any part of a scan: spectrum, scene, and what all readings share.

@@ -12,10 +12,10 @@ use super::verify::Output;
 use super::visit::TRIES;
 use crate::clock::microseconds;
 use crate::devices::{OperatorRequest, TwoState};
-use crate::dry_run::distance_mm;
 use crate::error::ScanError;
 use crate::itinerary::REFERENCE_DEG;
 use crate::motion::{drive_rail, rail_holds, stop_all};
+use crate::read_distance::distance_mm;
 use crate::warmup::{Criterion, StabilityCheck, Stable};
 
 impl Session<'_> {

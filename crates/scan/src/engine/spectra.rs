@@ -7,9 +7,9 @@ use isolux_record::spectra::SpectrumRecord;
 
 use super::session::Session;
 use crate::devices::CalibratedSpectro;
-use crate::dry_run::distance_mm;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
+use crate::read_distance::distance_mm;
 use crate::spectrum::{self, Mean, Sums};
 
 impl Session<'_> {

@@ -1,4 +1,4 @@
-//! What a count of each pixel is worth in lx.
+//! Illuminance of one linear count a second in each pixel.
 
 use isolux_scan::spectrum::factors_at;
 use isolux_spectrum::cie::{FIRST_NM, K_M_LM_PER_W, V_LAMBDA};
