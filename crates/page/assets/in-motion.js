@@ -33,8 +33,8 @@ class Falling extends Chart {
 const OVER = {
   completed: "The scan is completed.",
   evaluating: "The scan is completed.",
-  interrupted: "The scan was ended; taken up again it goes on so.",
-  failed: "The scan failed; taken up again it goes on so.",
+  interrupted: "The scan was ended. Resumed, it goes on with what follows.",
+  failed: "The scan failed. Resumed, it goes on with what follows.",
 };
 
 /** What comes next and why. */

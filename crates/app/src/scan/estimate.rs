@@ -12,6 +12,8 @@ const VISITS_OF_A_PACE: usize = 5;
 /// How far a scan is, and how fast.
 #[derive(Debug, Clone)]
 pub struct Estimate {
+    /// Names of the plan's blocks.
+    blocks: Vec<String>,
     visits: Vec<Visit>,
     /// What is left from each visit on, and after the last: every reading asks for it.
     left: Vec<Ahead>,
@@ -45,6 +47,7 @@ impl Estimate {
             };
         }
         Self {
+            blocks: header.plan.blocks().iter().map(|block| block.name.clone()).collect(),
             visits,
             left,
             reached: 0,
@@ -86,6 +89,20 @@ impl Estimate {
         let same = |visit: &Visit| visit.role == reading.role && visit.point == reading.point;
         if let Some((index, _)) = ahead.clone().find(|(_, visit)| same(visit)) {
             self.reached = self.reached.max(index + 1);
+        }
+        if self.began.is_none() {
+            self.begin_work(at);
+        }
+    }
+
+    /// A sweep of this block was recorded. Where half-planes are chosen, the sweep that the plan names next stands for
+    /// it: each takes about as long.
+    pub fn swept(&mut self, block: &str, at: Timestamp) {
+        self.now = at;
+        let mut ahead = (self.reached..).zip(&self.visits[self.reached..]);
+        let is_sweep = |visit: &Visit| visit.pass.is_some() && self.blocks[visit.block] == block;
+        if let Some((index, _)) = ahead.find(|(_, visit)| is_sweep(visit)) {
+            self.reached = index + 1;
         }
         if self.began.is_none() {
             self.begin_work(at);

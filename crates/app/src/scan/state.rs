@@ -109,12 +109,14 @@ impl ScanState {
             }
             Event::Sweep {
                 index,
+                block,
                 c_deg: [from_c, to_c],
                 gamma_deg: [from, to],
                 conversions,
                 positions,
-                ..
             } => {
+                self.estimate.swept(block, at);
+                left_s = Some(self.estimate.left_s());
                 let along = if from_c == to_c {
                     format!("at C {from_c}°, γ {from}° to {to}°")
                 } else {

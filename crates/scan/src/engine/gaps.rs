@@ -10,8 +10,11 @@ use super::session::Session;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 
-/// Further sweeps of a block, at most, before the scan ends.
+/// Further sweeps of a block with few C, at most, before the scan ends.
 const MOST_AGAIN: u32 = 12;
+/// The same of many, for each C of the plan: where every hundredth answer is lost each has a gap, and what fills it
+/// may have another.
+const MOST_AGAIN_EACH: u32 = 4;
 
 impl Session<'_> {
     /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of
@@ -20,7 +23,8 @@ impl Session<'_> {
     /// # Errors
     /// [`ScanError::Gaps`] where there are gaps left; what a sweep fails with.
     pub(super) async fn fill_gaps(&mut self, block: &Block, visits: &[Visit]) -> Result<(), ScanError> {
-        for again in 0..MOST_AGAIN {
+        let most = MOST_AGAIN.max(MOST_AGAIN_EACH * block.c_deg.len() as u32);
+        for again in 0..most {
             let Some(pass) = self.coverage.lacking(block) else {
                 return Ok(());
             };
@@ -40,7 +44,7 @@ impl Session<'_> {
         }
         Err(ScanError::Gaps {
             block: block.name.clone(),
-            again: MOST_AGAIN,
+            again: most,
             planes: self.coverage.words(block),
         })
     }

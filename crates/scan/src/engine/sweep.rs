@@ -39,7 +39,7 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 const MOST_FAILURES: u32 = 5;
 
 /// Share of the way of a sweep that may be without light: another one fills it.
-const MOST_WITHOUT: f64 = 0.2;
+const MOST_WITHOUT: f64 = 1.0 / 3.0;
 
 /// Ways without light from which on they count, in those between most conversions.
 const GAP: f64 = 2.5;
