@@ -44,6 +44,10 @@ pub fn choose(choice: &mut Choice, named: &[(Instrument, &Option<String>)]) -> R
 
 /// A beam narrower than this between the halves of its peak is proposed to be swept a second time, slowly, degrees.
 const NARROW_DEG: f64 = 20.0;
+/// Share of the largest light from which on light counts as beam: that is what is swept again.
+const BEAM_LIGHT: f64 = 0.1;
+/// γ up to which that light may reach: beyond it the second sweeps take as long as the first.
+const BEAM_REACH_DEG: f64 = 45.0;
 /// Share of the slower sweep in the speed of the others.
 const BEAM_SPEED: f64 = 0.5;
 /// Light below this share of the peak has few digits in a range of four that holds the peak.
@@ -122,12 +126,15 @@ fn second(speed_deg_s: f64, choice: &Choice, light: Option<&IntensityDistributio
     )
 }
 
-/// Whether the beam is narrow in some half-plane.
+/// Whether the beam is narrow in some half-plane, and what is swept again then a small part of the way.
 fn is_narrow(light: &IntensityDistribution) -> bool {
-    let beams = (0..light.c_deg().len()).filter_map(|plane| light.beam_angle(plane));
-    beams
-        .map(|beam| beam.full_angle_deg())
-        .any(|angle_deg| angle_deg < NARROW_DEG)
+    let mut beams = (0..light.c_deg().len()).filter_map(|plane| light.beam_angle(plane));
+    let least_cd = BEAM_LIGHT * light.peak().intensity_cd;
+    let rows = (0..light.c_deg().len()).map(|plane| light.row(plane));
+    let mut strong = rows
+        .flat_map(|row| light.gamma_deg().iter().zip(row))
+        .filter(|(_, cd)| **cd >= least_cd);
+    beams.any(|beam| beam.full_angle_deg() < NARROW_DEG) && strong.all(|(gamma_deg, _)| *gamma_deg <= BEAM_REACH_DEG)
 }
 
 /// Whether dim light has a share in the flux that a range of four digits would lose.
@@ -248,6 +255,8 @@ mod tests {
             (&slow, 7.5, 0.002, true, true),
             (&slow, 7.5, 0.0, true, false),
             (&slow, 30.0, 0.002, false, false),
+            // A narrow beam on top of light that reaches far.
+            (&fast(), 7.5, 0.3, false, false),
         ] {
             let text = plan(&DayPlan::Near.text(), choice, Some(&lamp(half_deg, dim))).unwrap();
             let swept = Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap();
