@@ -56,6 +56,7 @@ await inBrowser(async (browser) => {
   const sweeps = events("day").filter((event) => event.event === "sweep").length;
   await page.waitForFunction((made) => fetch("/api/in-motion").then((answer) => answer.json()).then((now) => now.sweeps === made), sweeps, { timeout: PATIENCE });
   await page.waitForFunction((made) => document.getElementById("u-map-text").textContent.includes(`${made} sweeps`), sweeps, { timeout: PATIENCE });
+  assert.ok(Number((await words(page, "points")).split(" of ")[0]) >= sweeps, "sweeps count as points");
   const middle = await known(page);
   assert.ok(middle.next && middle.target.after.length > 0, JSON.stringify(middle.next));
   const reasons = events("day").filter((event) => event.event === "half_planes");
