@@ -55,8 +55,8 @@ impl Kills {
     }
 
     /// The day of this seed, killed and resumed to its end: exit 0, all files whole, nothing left over, and its numbers
-    /// within U of those of the undisturbed day.
-    fn day(self, bench: &Bench) -> Outcome {
+    /// within U of those of the undisturbed day. None where the directions read at rest refuse it.
+    fn day(self, bench: &Bench) -> Option<Outcome> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(1);
         let mut killed = Vec::new();
@@ -68,7 +68,7 @@ impl Kills {
             killed.push(one);
             phase = bench.phases[random.random_range(0..bench.phases.len())];
         }
-        let outcome = bench.finish(self.seed, killed);
+        let outcome = bench.finish(self.seed, killed)?;
         for (other, (name, value, expanded)) in outcome.numbers.values.iter().zip(bench.undisturbed.values) {
             assert!(
                 (other.1 - value).abs() <= expanded,
@@ -76,12 +76,12 @@ impl Kills {
                 other.1
             );
         }
-        outcome
+        Some(outcome)
     }
 
     /// The same of a day in motion, with the intensities of its directions: 95 % of them are within U.
-    fn day_in_motion(self, bench: &Bench) -> Outcome {
-        let outcome = self.day(bench);
+    fn day_in_motion(self, bench: &Bench) -> Option<Outcome> {
+        let outcome = self.day(bench)?;
         let differences = outcome.numbers.differences(&bench.undisturbed);
         let outside = differences.iter().filter(|share| **share > 1.0).count();
         let largest = differences.iter().copied().fold(0.0, f64::max);
@@ -89,7 +89,7 @@ impl Kills {
         let said = format!("{outcome}; {outside} of {count} directions beyond U, at most {largest:.2} U");
         println!("{said}");
         assert!(outside * 20 <= count, "{said}");
-        outcome
+        Some(outcome)
     }
 }
 
@@ -134,7 +134,7 @@ fn share(consistent: &[bool]) -> String {
 fn a_killed_day_gives_what_the_undisturbed_day_gives() {
     let bench = Bench::coarse(1);
     let consistent = each(bench.phases.len() as u64, |seed| {
-        let outcome = Kills::of(seed, &bench).day(&bench);
+        let outcome = Kills::of(seed, &bench).day(&bench).unwrap();
         println!("{outcome}");
         outcome.numbers.consistent
     });
@@ -146,10 +146,10 @@ fn a_killed_day_gives_what_the_undisturbed_day_gives() {
 /// In motion, at all half-planes of a plan and at those that are chosen.
 #[test]
 fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
-    let benches = [false, true].map(|chosen| Bench::in_motion(1, chosen));
+    let benches = [false, true].map(|chosen| Bench::in_motion(1, chosen).unwrap());
     each(3, |seed| {
         let bench = &benches[seed as usize % 2];
-        Kills::of(seed, bench).day_in_motion(bench);
+        Kills::of(seed, bench).day_in_motion(bench).unwrap();
     });
 }
 
@@ -185,7 +185,7 @@ fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
     let count = requested();
     let killed = each(count, |seed| {
         let bench = Bench::whole(1 + seed);
-        let outcome = Kills::of(seed, &bench).day(&bench);
+        let outcome = Kills::of(seed, &bench).day(&bench).unwrap();
         println!("{outcome}, undisturbed {}", bench.undisturbed.consistent);
         (outcome.numbers.consistent, bench.undisturbed.consistent)
     });
@@ -200,15 +200,19 @@ fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
 #[test]
 #[ignore = "minutes: a campaign for a person"]
 fn as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give() {
-    let killed = each(requested(), |seed| {
-        let bench = Bench::in_motion(1 + seed, seed % 2 == 1);
-        let outcome = Kills::of(seed, &bench).day_in_motion(&bench);
-        (outcome.killed.len(), outcome.repeated)
+    let days = each(requested(), |seed| {
+        let bench = Bench::in_motion(1 + seed, seed % 2 == 1)?;
+        let outcome = Kills::of(seed, &bench).day_in_motion(&bench)?;
+        Some((outcome.killed.len(), outcome.repeated))
     });
+    let (count, killed): (usize, Vec<_>) = (days.len(), days.into_iter().flatten().collect());
     let kills: usize = killed.iter().map(|day| day.0).sum();
     let repeated: usize = killed.iter().map(|day| day.1).sum();
+    let refused = count - killed.len();
     println!(
-        "{} days in motion, {kills} kills, {repeated} whole sweeps made again",
+        "{} days in motion, {kills} kills, {repeated} whole sweeps made again; {refused} days refused by directions at rest",
         killed.len()
     );
+    // One in twenty by design, of two days each.
+    assert!(refused * 5 <= count, "{refused} of {count}");
 }
