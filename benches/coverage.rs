@@ -8,9 +8,10 @@
 //!
 //! Everything that the station's certificates state is drawn from what they state: gain of the lux meter (0.4 %) and of
 //! the spectroradiometer (0.4 %), a tilt and a bow of its calibration over the wavelength (0.4 % each), its wavelengths
-//! (0.1 nm), stray light in it (up to 0.1 % of the peak), distance (2 mm), γ zero (0.03°), power (0.1 %). Lamp, colour
-//! over angle, warm-up, drift, zero of the meter, stray light of room and floor and the room's temperature are drawn
-//! beside it; noise is the instruments' own. The plan takes spectra over angle and the power of the supply.
+//! (0.1 nm), distance (2 mm), γ zero (0.03°), power (0.1 %). Lamp, colour over angle, warm-up, drift, zero of the meter,
+//! stray light of room and floor and the room's temperature are drawn beside it; noise is the instruments' own. The plan
+//! takes spectra over angle and the power of the supply. What the station has no key for is not drawn: light that is
+//! scattered inside the spectroradiometer among it.
 //!
 //! The truth is that of the room's single LEDs: their light far away, the spectrum of their sum, and the room's camera
 //! before the lamp for the mean on the sensor.
@@ -21,7 +22,7 @@
 //! | in U | share of the truths within ± U (k = 2), %, with Wilson's interval of 95 % |
 //! | in u | the same within ± u (k = 1) |
 //! | bias | mean of (value − truth) ÷ u |
-//! | U | median of U, in % of the truth or in the unit that is named |
+//! | U | median of U, in % of the truth, or in the unit that is named |
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program to run by hand")]
 
@@ -56,8 +57,6 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// Relative shape of the spectroradiometer's calibration, as the virtual station states it.
 const U_SHAPE_REL: f64 = 0.004;
-/// Stray light in it, ÷ the strongest value, as that station states it.
-const STRAY_MAX_REL: f64 = 0.001;
 /// Edge of the published sensor.
 const SENSOR_MM: f64 = 24.576;
 /// Bins of the room's camera along it: the mean is asked for, not its detail.
@@ -166,11 +165,6 @@ fn room(draws: &mut ChaCha8Rng, number: u64) -> Outcome<Room> {
     effects.lamp_warmup.amplitude_rel = draws.random_range(0.0..0.06);
     effects.lamp_warmup.time_constant_s = draws.random_range(200.0..600.0);
     effects.lamp_drift.rate_per_h = draws.random_range(-0.002..0.002);
-    let drawn = Room::new(document.clone());
-    let spectrum = drawn.spectrum();
-    let peak = (380..=780).map(|nm| spectrum.per_lux(f64::from(nm), 1.0));
-    let peak_of_whole = peak.fold(0.0, f64::max) / spectrum.watt_per_lux(1.0);
-    document.injected_effects.spectro_stray.fraction = draws.random_range(0.0..STRAY_MAX_REL) * peak_of_whole;
     Ok(Room::new(document))
 }
 
@@ -522,13 +516,17 @@ fn print_table(wanted: &Wanted, found: &[(u64, Outcome<Vec<Compared>>)]) {
         expanded.sort_by(f64::total_cmp);
         let share = |count: usize| 100.0 * count as f64 / z.len() as f64;
         println!(
-            "| {what} | {} | {:.1} ({low:.1} to {high:.1}) | {:.0} | {:+.2} | {:.3} {} |",
+            "| {what} | {} | {:.1} ({low:.1} to {high:.1}) | {:.0} | {:+.2} | {:.2} {} |",
             z.len(),
             share(within(2.0)),
             share(within(1.0)),
             z.iter().sum::<f64>() / z.len() as f64,
-            expanded[expanded.len() / 2],
-            unit.unwrap_or("%"),
+            expanded[expanded.len() / 2] * if unit == Some("") { 1e4 } else { 1.0 },
+            match unit {
+                None => "%",
+                Some("") => "· 10⁻⁴",
+                Some(unit) => unit,
+            },
         );
     }
 }

@@ -9,9 +9,9 @@
 //! which `--at-rest` are read at rest too; `--speed` of γ in °/s in place of what `init --sweep` proposes; `--beam` the
 //! speed of a second sweep within the beam; `--dim` the digits below which light is swept again more sensitively;
 //! `--target` u of the map, relative, for which half-planes are chosen from 72 in place of 24; `--proposed` the
-//! half-planes and γ that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter than the
-//! P-9710; `--cases` a line a scan; `--only` lamps with NAME in theirs; `--keep` leaves files and runs in FOLDER. A
-//! lamp that `init` refuses is named and left out.
+//! half-planes, γ and second sweeps that `init` proposes for the lamp in place of 24 × 2°; `--meter` another lux meter
+//! than the P-9710; `--cases` a line a scan; `--only` lamps with NAME in theirs; `--keep` leaves files and runs in
+//! FOLDER. A lamp that `init` refuses is named and left out.
 //!
 //! | column | what |
 //! |---|---|
@@ -338,6 +338,9 @@ fn planned(text: &str, wanted: &Wanted, how: How, speed_deg_s: f64) -> String {
             ("speed_deg_s", How::InMotion) if wanted.speed_deg_s.is_some() || !wanted.proposed => {
                 format!("speed_deg_s = {speed_deg_s:?}\n")
             }
+            // Second sweeps are those that are asked for, or with the grid that is proposed.
+            ("beam_speed_deg_s", _) if wanted.beam_deg_s.is_some() || !wanted.proposed => String::new(),
+            ("dim_digits", _) if wanted.dim_digits.is_some() || !wanted.proposed => String::new(),
             ("mode", How::InMotion) if block == 1 => {
                 let set = |key: &str, value: Option<f64>| value.map(|value| format!("{key} = {value:?}\n"));
                 let second = [

@@ -18,7 +18,7 @@ use isolux_record::readings::Readings;
 use isolux_record::run::{Run, RunHeader};
 use isolux_record::spectra::{Pixel, SpectralCalibration, SpectrumRecord};
 use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
-use isolux_reduce::{Options, OverAngle, Quantity, Reduction};
+use isolux_reduce::{MonteCarlo, Options, OverAngle, Quantity, Reduction};
 use isolux_spectrum::{Chromaticity, Spectrum, quantities};
 
 /// Days that every test run plays.
@@ -491,4 +491,42 @@ fn where_a_colour_carries_plus_minus_the_truth_lies_within_two_of_it() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// JCGM 101, 8: the budget propagates uncertainties by slopes, the draws whole distributions through the whole reduction.
+#[test]
+fn draws_of_the_inputs_agree_with_the_budget() {
+    const DRAWS: u64 = 200;
+    let mut draws = Draws(41);
+    let room = room(&mut draws, 7, true);
+    let (run, options) = (record(&room, &mut draws), Options::default());
+    let drawing = MonteCarlo::new(&run, &options).unwrap();
+    let drawn: Vec<Vec<Option<f64>>> = (0..DRAWS).map(|number| drawing.draw(number).unwrap()).collect();
+    assert_eq!(drawing.draw(3).unwrap(), drawn[3]);
+    let all = drawing.propagated(&drawn);
+    for name in [
+        "flux",
+        "I max",
+        "mean irradiance of the sensor",
+        "CCT",
+        "Duv",
+        "x",
+        "y",
+        "Ra",
+        "Rf",
+        "Rg",
+    ] {
+        let one = all.iter().find(|one| one.name == name).unwrap();
+        let (ratio, shift) = (one.u / one.u_budget, (one.mean - one.value) / one.u_budget);
+        println!(
+            "{name}: {ratio:.2} of the budget, mean {shift:+.2} u, not drawn {:?}",
+            one.not_drawn
+        );
+        // 200 draws know a standard deviation to 5 %, and a mean to 0.07 u.
+        assert!(
+            (0.85..1.15).contains(&ratio) && shift.abs() < 0.25,
+            "{name}: {ratio} {shift}"
+        );
+        assert!(one.interval[0] < one.value && one.value < one.interval[1], "{one:?}");
+    }
 }

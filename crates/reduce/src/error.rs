@@ -18,6 +18,11 @@ pub enum ReduceError {
         /// The block.
         block: String,
     },
+    /// A Monte Carlo of a scan in motion.
+    #[error(
+        "the inputs of a scan in motion are not drawn: the samples of a sweep depend on each other; use a run at rest"
+    )]
+    NotDrawn,
     /// No sweep has light at a direction.
     #[error(
         "block `{block}`: no sweep of the half-plane C {c_deg}° has light near γ {gamma_deg}°, as its conversions there are lost or \

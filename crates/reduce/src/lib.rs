@@ -28,7 +28,9 @@ mod headline;
 mod intensity;
 mod interpolation;
 mod known;
+mod monte_carlo;
 mod near_field;
+mod normal;
 mod notes;
 mod one_nm;
 mod order;
@@ -72,6 +74,7 @@ pub use feasibility::check_feasibility;
 pub use finding::{Accepted, Evidence, Finding, note};
 pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
+pub use monte_carlo::{MonteCarlo, Propagated};
 pub use over_angle::{
     AverageColour, ColourOverAngle, DirectionColour, LargestDifference, LeftOut, OverAngle, TotalColour,
 };

@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::run::reduce;
+use isolux_app::run::{monte_carlo, reduce};
 
 use crate::screen;
 
@@ -29,6 +29,10 @@ pub struct Reduce {
     /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
+    /// Draw the inputs of the record so many times, reduce each record, and print the budget beside the draws; nothing is
+    /// written.
+    #[arg(long, value_name = "DRAWS", conflicts_with_all = ["out", "with", "accept_drift", "force"])]
+    monte_carlo: Option<u64>,
     /// Print the budget as JSON.
     #[arg(long)]
     json: bool,
@@ -39,6 +43,13 @@ pub struct Reduce {
 
 /// Runs the command.
 pub fn run(arguments: &Reduce) -> Result<(), Failure> {
+    if let Some(draws) = arguments.monte_carlo {
+        let drawn = monte_carlo::run(&arguments.run, &arguments.without, draws, &screen::Bars::default())?;
+        if arguments.json {
+            return screen::say(serde_json::to_string_pretty(&drawn).map_err(Failure::instrument)?);
+        }
+        return drawn.sentences().iter().try_for_each(screen::say);
+    }
     let overwrite = Overwrite::requested(arguments.force);
     let reduced = reduce::run(
         &arguments.run,

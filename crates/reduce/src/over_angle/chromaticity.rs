@@ -128,7 +128,7 @@ mod tests {
         let variance: Vec<f64> = nm.iter().map(|nm| u(*nm).powi(2)).collect();
         let clean = Spectrum::new(nm.clone(), nm.iter().map(|nm| law(*nm)).collect()).unwrap();
         let point = Point::of(&clean, &variance).unwrap();
-        let mut draws = super::super::largest::Normal::new(7);
+        let mut draws = crate::normal::Normal::new(7);
         let (mut sums, mut squares) = ([0.0; COUNT], [0.0; COUNT]);
         let count = 4000;
         for _ in 0..count {

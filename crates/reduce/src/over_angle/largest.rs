@@ -9,6 +9,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::normal::Normal;
+
 /// A maximum of distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Largest {
@@ -201,37 +203,6 @@ fn functions(c_deg: f64, gamma_deg: f64) -> [f64; 10] {
         sin * sin * (cos_c * cos_c - sin_c * sin_c),
         sin * sin * sin_c * cos_c,
     ]
-}
-
-/// Standard normal numbers, the same for the same seed: SplitMix64 and Box–Muller.
-pub struct Normal {
-    state: u64,
-    spare: Option<f64>,
-}
-
-impl Normal {
-    pub fn new(seed: u64) -> Self {
-        Self {
-            state: seed ^ 0x5851_F42D_4C95_7F2D,
-            spare: None,
-        }
-    }
-
-    fn unit(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (((z ^ (z >> 31)) >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    pub fn next(&mut self) -> f64 {
-        self.spare.take().unwrap_or_else(|| {
-            let (radius, turn) = ((-2.0 * self.unit().ln()).sqrt(), std::f64::consts::TAU * self.unit());
-            self.spare = Some(radius * turn.sin());
-            radius * turn.cos()
-        })
-    }
 }
 
 #[cfg(test)]

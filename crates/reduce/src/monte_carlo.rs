@@ -1,0 +1,211 @@
+//! Propagation of distributions (JCGM 101:2008, 7): the whole reduction of records that differ from the one that was
+//! read by errors of its inputs, beside the budget, which propagates uncertainties by slopes.
+//!
+//! | input | distribution | JCGM 101 |
+//! |---|---|---|
+//! | noise of a reading, of a pixel, of its dark | normal, one each | 6.4.7 |
+//! | digit of a reading | even within ± half; equal displays are rounded alike where noise does not dither them | 6.4.2 |
+//! | calibration of the lux meter, of the spectroradiometer; distances; γ; wavelengths | normal, one for all | 6.4.7 |
+//! | tilt and bow of the spectroradiometer's calibration | normal, one each for all | 6.4.7 |
+//!
+//! What no record shows (interpolation, limited distance, bounds of light that was not measured) is not drawn: of a
+//! quantity that has such parts, the others are compared.
+
+use isolux_record::Run;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::background::noise_of_one;
+use crate::normal::Normal;
+use crate::{Options, Quantity, ReduceError, Reduction, reduce};
+
+/// Parts of a budget whose inputs are drawn.
+const DRAWN: [&str; 12] = [
+    "noise",
+    "digit",
+    "dark_noise",
+    "dark_digit",
+    "distance",
+    "calibration",
+    "angle",
+    "calibration_shape",
+    "calibration_bow",
+    "wavelength",
+    "efficacy",
+    "smoothing",
+];
+/// Share of the draws outside the interval, at each end.
+const TAIL: f64 = 0.025;
+
+/// A quantity by its budget and by draws.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Propagated {
+    /// What it is.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its value by the record as it was read.
+    pub value: f64,
+    /// Standard uncertainty of those parts of its budget that are drawn.
+    pub u_budget: f64,
+    /// Parts of its budget that are not, and what is missing in it.
+    pub not_drawn: Vec<String>,
+    /// Mean of the draws.
+    pub mean: f64,
+    /// Their standard deviation.
+    pub u: f64,
+    /// Interval of 95 %, with equal shares of the draws below and above (JCGM 101, 7.7).
+    pub interval: [f64; 2],
+    /// Draws that have this quantity.
+    pub draws: usize,
+}
+
+/// A record whose inputs are drawn again and again.
+#[derive(Debug)]
+pub struct MonteCarlo<'a> {
+    run: &'a Run,
+    options: &'a Options,
+    centre: Vec<(String, Quantity)>,
+}
+
+impl<'a> MonteCarlo<'a> {
+    /// Of a run at rest, which gives results.
+    ///
+    /// # Errors
+    /// What the reduction of the record fails with; a scan in motion.
+    pub fn new(run: &'a Run, options: &'a Options) -> Result<Self, ReduceError> {
+        if !run.sweeps.is_empty() {
+            return Err(ReduceError::NotDrawn);
+        }
+        let centre = quantities(&reduce(run, options, None)?);
+        Ok(Self { run, options, centre })
+    }
+
+    /// The quantities of the draw of this number, in the order of the centre, none where that record gives none. The
+    /// same number gives the same draw.
+    ///
+    /// # Errors
+    /// What the reduction of the drawn record fails with.
+    pub fn draw(&self, number: u64) -> Result<Vec<Option<f64>>, ReduceError> {
+        let found = quantities(&reduce(&drawn(self.run, number), self.options, None)?);
+        let of = |name: &str| {
+            found
+                .iter()
+                .find(|(there, _)| there == name)
+                .map(|(_, found)| found.value)
+        };
+        Ok(self.centre.iter().map(|(name, _)| of(name)).collect())
+    }
+
+    /// What draws, each as [`draw`](Self::draw) gives it, say beside the budget.
+    pub fn propagated(&self, draws: &[Vec<Option<f64>>]) -> Vec<Propagated> {
+        let of = |(place, (name, quantity)): (usize, &(String, Quantity))| {
+            let mut values: Vec<f64> = draws.iter().filter_map(|draw| draw[place]).collect();
+            values.sort_by(f64::total_cmp);
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+            let at = |share: f64| values[((count * share) as usize).min(values.len() - 1)];
+            let (known, others): (Vec<_>, Vec<_>) = quantity
+                .parts
+                .iter()
+                .partition(|(part, _)| DRAWN.contains(&part.as_ref()));
+            (values.len() > 1).then(|| Propagated {
+                name: name.clone(),
+                unit: quantity.unit.to_string(),
+                value: quantity.value,
+                u_budget: known.iter().map(|(_, part)| *part * *part).sum::<f64>().sqrt(),
+                not_drawn: others
+                    .iter()
+                    .filter(|(_, part)| **part != 0.0)
+                    .map(|(part, _)| part.to_string())
+                    .chain(quantity.missing.iter().cloned())
+                    .collect(),
+                mean,
+                u: (squares / (count - 1.0)).sqrt(),
+                interval: [at(TAIL), at(1.0 - TAIL)],
+                draws: values.len(),
+            })
+        };
+        self.centre.iter().enumerate().filter_map(of).collect()
+    }
+}
+
+/// The headline quantities of a reduction that have parts.
+fn quantities(reduction: &Reduction) -> Vec<(String, Quantity)> {
+    let mut all: Vec<(String, Quantity)> = Vec::new();
+    let mut add = |name: &str, quantity: Option<&Quantity>| {
+        all.extend(quantity.map(|quantity| (name.to_owned(), quantity.clone())));
+    };
+    add("flux", Some(&reduction.flux));
+    add("I max", Some(&reduction.i_max));
+    for angles in &reduction.angles {
+        add(&format!("beam angle {}", angles.name()), angles.beam.as_ref());
+        add(&format!("field angle {}", angles.name()), angles.field.as_ref());
+    }
+    add("mean illuminance of the sensor", Some(&reduction.sensor_illuminance));
+    add("mean irradiance of the sensor", reduction.sensor_irradiance.as_ref());
+    if let Some(spectral) = &reduction.spectral {
+        add("irradiance on the axis", Some(&spectral.irradiance));
+        add("efficacy of radiation", Some(&spectral.ler));
+        let colour = &spectral.colour;
+        for (name, quantity) in [
+            ("CCT", &colour.cct),
+            ("Duv", &colour.duv),
+            ("x", &colour.x),
+            ("y", &colour.y),
+            ("Ra", &colour.ra),
+            ("Rf", &colour.rf),
+            ("Rg", &colour.rg),
+        ] {
+            add(name, quantity.as_ref());
+        }
+    }
+    all
+}
+
+/// The record with the inputs of this draw.
+fn drawn(run: &Run, number: u64) -> Run {
+    let mut run = run.clone();
+    let mut normal = Normal::new(number.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xD4);
+    let station = run.header.station.clone();
+    let (bench, meter) = (station.bench(), station.luxmeter());
+    // The inverse square law is the same for a distance that is wrong and for light that is.
+    let of_distance =
+        |share: f64, u_mm: Option<f64>, distance_mm: f64| (1.0 + u_mm.unwrap_or(0.0) / distance_mm * share).powi(2);
+    let (gain, distance) = (1.0 + meter.u_rel * normal.next(), normal.next());
+    let gamma_deg = bench.u_gamma_deg.unwrap_or(0.0) * normal.next();
+    for row in &mut run.readings.rows {
+        let Some(shown_lx) = row.illuminance_lx else { continue };
+        let digit_lx = row.digit_lx.unwrap_or(0.0);
+        let noise_lx = noise_of_one(row.u_lx.unwrap_or(0.0), digit_lx);
+        let quiet = digit_lx > 0.0 && noise_lx <= 0.5 * digit_lx;
+        let rounding = if quiet {
+            Normal::new(number ^ ((shown_lx / digit_lx).round() as i64 as u64).wrapping_mul(0xA24B_AED4_963E_E407))
+                .unit()
+        } else {
+            normal.unit()
+        };
+        let lux = shown_lx + noise_lx * normal.next() + digit_lx * (rounding - 0.5);
+        row.illuminance_lx = Some(gain * of_distance(distance, bench.u_distance_mm, row.distance_mm) * lux);
+        row.gamma_deg += gamma_deg;
+    }
+    let Some(spectro) = station.spectroradiometer() else {
+        return run;
+    };
+    let (level, distance) = (1.0 + spectro.u_rel.unwrap_or(0.0) * normal.next(), normal.next());
+    let shape_rel = spectro.u_shape_rel.unwrap_or(0.0);
+    let (tilt, bow) = (shape_rel * normal.next(), shape_rel * normal.next());
+    let shift_nm = spectro.u_wavelength_nm.unwrap_or(0.0) * normal.next();
+    for spectrum in &mut run.spectra {
+        let level = level * of_distance(distance, spectro.u_distance_mm, spectrum.distance_mm);
+        for pixel in &mut spectrum.pixels {
+            let t = (pixel.wavelength_nm - 550.0) / 300.0;
+            pixel.factor_w_m2_nm *= level * (1.0 + tilt * t) * (1.0 + 0.5 * bow * (1.0 - 8.0 * t * t));
+            pixel.wavelength_nm += shift_nm;
+            pixel.counts += pixel.u_counts * normal.next();
+            pixel.dark_counts += pixel.u_dark_counts * normal.next();
+        }
+    }
+    run
+}
