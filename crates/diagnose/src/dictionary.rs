@@ -6,11 +6,10 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::alternatives::EmpiricalAlternative;
+use crate::alternatives::{self, EmpiricalAlternative};
 use crate::basis::{Basis, product};
 use crate::calibration::{BLIND, MANY_SHAPES, OUTSIDE_CATALOGUE, SAME_PATTERN};
 use crate::forward::{Forward, Hypothesis};
-use crate::pattern::Pattern;
 use crate::scan::{Candidate, Who};
 use crate::table::{Coordinate, Row};
 
@@ -36,7 +35,7 @@ enum Column<'a> {
     /// An oscillation of all light: its change for frequency zero, the times, the frequency, sine or cosine.
     Wave(Arc<DVector<f64>>, &'a [f64], f64, fn(f64) -> f64),
     /// A pattern without a name.
-    Generic(Pattern),
+    Generic(alternatives::Column),
 }
 
 impl Column<'_> {
@@ -238,7 +237,7 @@ fn priors(alternatives: &[EmpiricalAlternative], distinct: &[bool]) -> Vec<f64> 
 fn distinct(
     alternatives: &[EmpiricalAlternative],
     named: DMatrix<f64>,
-    unit: impl Fn(&Pattern) -> Option<DVector<f64>> + Sync,
+    unit: impl Fn(&alternatives::Column) -> Option<DVector<f64>> + Sync,
 ) -> Vec<bool> {
     let of = |some: &[EmpiricalAlternative]| -> Vec<bool> {
         let mut patterns = DMatrix::zeros(named.nrows(), some.len());

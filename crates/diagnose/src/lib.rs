@@ -19,7 +19,7 @@ pub mod observe;
 pub mod on_axis;
 pub mod overlap;
 pub mod own_readings;
-pub mod pattern;
+mod patterns;
 pub mod read_out;
 pub mod reference;
 pub mod rounding;

@@ -7,15 +7,12 @@
 //! simulated records, so that the number of tests raises no false alarms.
 
 mod finding;
-mod groups;
-mod levels;
 pub mod limits;
 mod means;
 mod moments;
 mod nulls;
 mod patches;
 mod phases;
-mod place;
 mod repeats;
 mod residuals;
 mod scatter;
@@ -24,13 +21,13 @@ mod single;
 mod spectrum;
 mod statistic;
 
+use crate::patterns::{AMONG_BINS, AMONG_READINGS, Grids, IN_THE_LIGHT};
 use crate::table::{Coordinate, ObservationKind};
 
-use finding::Strongest;
 pub use finding::{Finding, Kind, NoiseTest, Peak};
-use levels::Levels;
+pub(crate) use finding::{Strongest, digits};
 use limits::{FEWEST, PERMUTED_SHARE, RHO, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE};
-use means::{Means, Visits};
+use means::Means;
 use moments::Moments;
 use nulls::Nulls;
 use patches::Patches;
@@ -38,7 +35,7 @@ use phases::Phases;
 use repeats::Repeats;
 pub use residuals::Residuals;
 use scatter::{Blocks, Trends};
-use series::Series;
+pub(crate) use series::Series;
 use spectrum::Spectrum;
 use statistic::Test;
 
@@ -79,9 +76,9 @@ pub fn strongest_place(residuals: &Residuals<'_>) -> Option<Finding> {
 
 /// The tests for a place, with one amplitude or a phase each.
 fn places(series: &Series<'_>) -> (Vec<Patches>, Vec<Spectrum>) {
-    let patches: &[fn(&Series<'_>) -> Option<Patches>] = match series.source {
-        ObservationKind::Reading => &[Patches::every, Patches::every_visit, Patches::runs, Patches::directions],
-        _ => &[Patches::lines, Patches::bins],
+    let kinds: &[Grids] = match series.source {
+        ObservationKind::Reading => &AMONG_READINGS,
+        _ => &AMONG_BINS,
     };
     let spectra = match series.source {
         ObservationKind::Reading => vec![
@@ -91,21 +88,25 @@ fn places(series: &Series<'_>) -> (Vec<Patches>, Vec<Spectrum>) {
         _ => Vec::new(),
     };
     (
-        patches.iter().filter_map(|of| of(series)).collect(),
+        kinds.iter().filter_map(|of| Patches::new(series, *of)).collect(),
         spectra.into_iter().flatten().collect(),
     )
+}
+
+fn boxed<T: Test + 'static>(tests: impl IntoIterator<Item = T>) -> impl Iterator<Item = Box<dyn Test>> {
+    tests.into_iter().map(|test| Box::new(test) as Box<dyn Test>)
 }
 
 fn one_source(residuals: &Residuals<'_>, series: &Series<'_>, most: usize, seed: u64) -> NoiseTest {
     let (patches, spectra) = places(series);
     let mut tests: Vec<Box<dyn Test>> = Vec::new();
     if series.source == ObservationKind::Reading {
-        tests.push(Box::new(Means::new(series)));
-        tests.extend(Visits::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-        tests.extend(Levels::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-        tests.extend(Phases::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-        tests.extend(Patches::circles(series).map(|test| Box::new(test) as Box<dyn Test>));
-        tests.extend(Moments::new(series).map(|test| Box::new(test) as Box<dyn Test>));
+        tests.extend(boxed(Means::successive(series)));
+        tests.extend(boxed(Means::visits(series)));
+        tests.extend(boxed(Means::levels(series)));
+        tests.extend(boxed(Phases::new(series)));
+        tests.extend(boxed(Patches::of_the_light(series, IN_THE_LIGHT)));
+        tests.extend(boxed(Moments::new(series)));
     }
     let peaks = spectra
         .iter()
@@ -117,10 +118,10 @@ fn one_source(residuals: &Residuals<'_>, series: &Series<'_>, most: usize, seed:
             })
         })
         .collect();
-    tests.extend(patches.into_iter().map(|test| Box::new(test) as Box<dyn Test>));
-    tests.extend(spectra.into_iter().map(|test| Box::new(test) as Box<dyn Test>));
-    tests.extend(Blocks::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-    tests.extend(Trends::new(series).map(|test| Box::new(test) as Box<dyn Test>));
+    tests.extend(boxed(patches));
+    tests.extend(boxed(spectra));
+    tests.extend(boxed(Blocks::new(series)));
+    tests.extend(boxed(Trends::new(series)));
 
     let observed: Vec<Strongest> = tests.iter().map(|test| test.observed(&series.held)).collect();
     let nulls = Nulls::new(residuals, series, &tests, most, seed);

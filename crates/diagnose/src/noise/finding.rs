@@ -102,7 +102,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    pub(super) fn new(kind: Kind, coordinate: Coordinate, range: [f64; 2], strongest: Strongest, note: String) -> Self {
+    pub(crate) fn new(kind: Kind, coordinate: Coordinate, range: [f64; 2], strongest: Strongest, note: String) -> Self {
         let explained = 2.0 * strongest.half_square;
         Self {
             kind,
@@ -125,7 +125,7 @@ impl Finding {
     }
 
     /// The same, when so much of the squared residuals is its, outliers and all.
-    pub(super) fn explaining(self, explained: f64) -> Self {
+    pub(crate) fn explaining(self, explained: f64) -> Self {
         Self { explained, ..self }
     }
 }
@@ -177,7 +177,7 @@ impl NoiseTest {
 
 /// The strongest place of one test.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Strongest {
+pub(crate) struct Strongest {
     /// Half of the squared significance.
     pub half_square: f64,
     /// Which place.
@@ -193,6 +193,6 @@ impl Strongest {
 }
 
 /// A number with three digits, and no minus before a zero.
-pub(super) fn digits(value: f64) -> String {
+pub(crate) fn digits(value: f64) -> String {
     isolux_model::digits(value + 0.0, 3)
 }

@@ -1,100 +1,126 @@
-//! Means of readings that belong together and wander more than independent readings let them.
+//! Means of readings that belong together and wander more than independent readings let them: of successive readings,
+//! of visits and their pieces, of one γ or level of the light (analysis of variance: Fisher 1925).
+
+use std::sync::Arc;
 
 use super::finding::{Finding, Kind, Strongest};
-use super::limits::{FEWEST_PARTS, MEANS, PIECES};
-use super::series::Series;
+use super::limits::{FEWEST_PARTS, RARE};
+use super::series::{ERRORS, Series};
 use super::statistic::Test;
+use crate::patterns::parts;
 use crate::table::Coordinate;
 
-/// Means of successive readings that wander more than independent readings let them.
+/// One way to divide the readings.
+struct Partition {
+    note: String,
+    parts: Vec<Vec<usize>>,
+    /// For each way of erring, the squared length of the error in each part.
+    squares: Vec<Vec<f64>>,
+    /// Parts with rows of that error.
+    counts: Vec<f64>,
+}
+
+/// Partitions of one kind. The error of a mean is in proportion to the noise, or in any of the ways of erring.
 pub(super) struct Means {
-    rows: usize,
+    kind: Kind,
+    ways: usize,
+    errors: Arc<[Vec<f64>]>,
+    partitions: Vec<Partition>,
 }
 
 impl Means {
-    pub(super) fn new(series: &Series<'_>) -> Self {
-        Self { rows: series.len() }
+    /// Of successive readings.
+    pub(super) fn successive(series: &Series<'_>) -> Option<Self> {
+        Self::new(series, Kind::Means, 1, parts::successive(series))
+    }
+
+    /// Of visits of half-planes and their pieces.
+    pub(super) fn visits(series: &Series<'_>) -> Option<Self> {
+        Self::new(series, Kind::Visits, 1, parts::pieces(series))
+    }
+
+    /// Of directions and light.
+    pub(super) fn levels(series: &Series<'_>) -> Option<Self> {
+        Self::new(series, Kind::Levels, ERRORS.len(), parts::levels(series))
+    }
+
+    /// None where all partitions have too few parts, or parts that are mostly of one row.
+    fn new(series: &Series<'_>, kind: Kind, ways: usize, all: Vec<(String, Vec<Vec<usize>>)>) -> Option<Self> {
+        let partition = |(note, parts): (String, Vec<Vec<usize>>)| {
+            let members: usize = parts.iter().map(Vec::len).sum();
+            let square = |error: &Vec<f64>| -> Vec<f64> {
+                let of = |part: &Vec<usize>| part.iter().map(|&i| error[i] * error[i]).sum();
+                parts.iter().map(of).collect()
+            };
+            let squares: Vec<Vec<f64>> = series.errors[..ways].iter().map(square).collect();
+            let count = |squares: &Vec<f64>| squares.iter().filter(|square| **square > 0.0).count() as f64;
+            (parts.len() >= FEWEST_PARTS && members >= 2 * parts.len()).then(|| Partition {
+                note,
+                counts: squares.iter().map(count).collect(),
+                squares,
+                parts,
+            })
+        };
+        let partitions: Vec<Partition> = all.into_iter().filter_map(partition).collect();
+        (!partitions.is_empty()).then(|| Self {
+            kind,
+            ways,
+            errors: Arc::clone(&series.errors),
+            partitions,
+        })
+    }
+
+    /// Squared means of all parts together in σ², for one way of erring.
+    fn means(&self, partition: &Partition, way: usize, values: &[f64]) -> f64 {
+        let error = &self.errors[way];
+        let of = |(part, square): (&Vec<usize>, &f64)| {
+            let sum: f64 = part.iter().map(|&i| values[i] * error[i]).sum();
+            if *square > 0.0 { sum * sum / square } else { 0.0 }
+        };
+        partition.parts.iter().zip(&partition.squares[way]).map(of).sum()
+    }
+
+    /// How far the sum of so many squared means is above its expectation, in its standard deviation.
+    fn significance(&self, sum: f64, count: f64) -> f64 {
+        if self.kind == Kind::Levels {
+            // The cube root of a χ² is nearly normal (Wilson and Hilferty 1931).
+            let spread = 2.0 / (9.0 * count);
+            return ((sum / count).cbrt() - (1.0 - spread)) / spread.sqrt();
+        }
+        (sum - count) / (2.0 * count).sqrt()
     }
 }
 
 impl Test for Means {
     fn strongest(&self, values: &[f64]) -> Strongest {
         let mut best = Strongest::default();
-        for (place, &length) in MEANS
-            .iter()
-            .enumerate()
-            .filter(|(_, length)| FEWEST_PARTS * **length <= self.rows)
-        {
-            let blocks = values.chunks_exact(length);
-            let count = blocks.len() as f64;
-            let sum: f64 = blocks
-                .map(|block| block.iter().sum::<f64>().powi(2) / length as f64)
-                .sum();
-            let z = (sum - count) / (2.0 * count).sqrt();
-            best.raise(0.5 * z.max(0.0).powi(2), place);
+        for (place, partition) in self.partitions.iter().enumerate() {
+            for (way, &count) in partition.counts.iter().enumerate() {
+                if count < FEWEST_PARTS as f64 {
+                    continue;
+                }
+                let z = self.significance(self.means(partition, way, values), count);
+                best.raise(0.5 * z.max(0.0).powi(2), place * self.ways + way);
+            }
         }
         best
     }
 
+    fn share(&self) -> f64 {
+        if self.kind == Kind::Levels { RARE } else { 1.0 }
+    }
+
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let length = MEANS[strongest.place];
-        let range = [series.index[0], series.index[series.len() - 1]];
-        let note = format!("the means of {length} successive readings wander");
-        Finding::new(Kind::Means, Coordinate::Index, range, strongest, note)
-    }
-}
-
-/// The same for pieces of the visits of half-planes: a level of its own in each, whatever the smooth terms follow.
-pub(super) struct Visits {
-    /// From and to (exclusive) of every piece, for each number of pieces in a visit.
-    pieces: Vec<(usize, Vec<(usize, usize)>)>,
-}
-
-/// Fewer readings are no piece.
-const SHORTEST: usize = 3;
-
-impl Visits {
-    pub(super) fn new(series: &Series<'_>) -> Option<Self> {
-        let visits = series.visits();
-        let split = |parts: usize| -> Option<(usize, Vec<(usize, usize)>)> {
-            let pieces: Vec<(usize, usize)> = visits
-                .iter()
-                .filter(|visit| visit.len() >= SHORTEST * parts)
-                .flat_map(|visit| {
-                    let at = move |k: usize| visit[0] + k * visit.len() / parts;
-                    (0..parts).map(move |k| (at(k), at(k + 1)))
-                })
-                .collect();
-            (pieces.len() >= FEWEST_PARTS).then_some((parts, pieces))
-        };
-        let pieces: Vec<_> = PIECES.into_iter().filter_map(split).collect();
-        (!pieces.is_empty()).then_some(Self { pieces })
-    }
-}
-
-impl Test for Visits {
-    fn strongest(&self, values: &[f64]) -> Strongest {
-        let mut best = Strongest::default();
-        for (place, (_, pieces)) in self.pieces.iter().enumerate() {
-            let count = pieces.len() as f64;
-            let of = |&(from, to): &(usize, usize)| values[from..to].iter().sum::<f64>().powi(2) / (to - from) as f64;
-            let z = (pieces.iter().map(of).sum::<f64>() - count) / (2.0 * count).sqrt();
-            best.raise(0.5 * z.max(0.0).powi(2), place);
+        let (partition, way) = (
+            &self.partitions[strongest.place / self.ways],
+            strongest.place % self.ways,
+        );
+        let note = format!("{}{}", partition.note, ERRORS[way]);
+        let finding = Finding::new(self.kind, Coordinate::Index, series.numbers(), strongest, note);
+        if self.kind == Kind::Means {
+            return finding;
         }
-        best
-    }
-
-    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let (parts, pieces) = &self.pieces[strongest.place];
-        let note = match parts {
-            1 => "each visit of a half-plane has a level of its own".to_owned(),
-            _ => format!("each of {parts} parts of the visits of half-planes has a level of its own"),
-        };
-        let numbers = [series.index[0], series.index[series.len() - 1]];
-        let of = |&(from, to): &(usize, usize)| {
-            series.plain[from..to].iter().sum::<f64>().powi(2) / (to - from) as f64 - series.expected
-        };
-        let explained = pieces.iter().map(of).sum::<f64>().max(0.0);
-        Finding::new(Kind::Visits, Coordinate::Index, numbers, strongest, note).explaining(explained)
+        let expected = partition.counts[way] * series.expected;
+        finding.explaining((self.means(partition, way, &series.plain) - expected).max(0.0))
     }
 }

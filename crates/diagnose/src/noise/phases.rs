@@ -108,8 +108,7 @@ impl Test for Phases {
             digits(period),
             ERRORS[error]
         );
-        let numbers = [series.index[0], series.index[series.len() - 1]];
-        Finding::new(Kind::Phases, Coordinate::Index, numbers, strongest, note)
+        Finding::new(Kind::Phases, Coordinate::Index, series.numbers(), strongest, note)
             .with_period(period)
             .explaining((sum - 2.0 * count * series.expected).max(0.0))
     }

@@ -51,7 +51,7 @@ impl Repeats {
 
     /// What is more than noise by stated uncertainties and repeats, and the largest scatter that counts as noise.
     pub(super) fn compare(&self, residuals: &Residuals<'_>, series: &Series<'_>) -> (Vec<Finding>, f64) {
-        let range = [series.index[0], series.index[series.len() - 1]];
+        let range = series.numbers();
         // Correlation beyond what counts as noise explains no scatter: the scatter is that of the correlation that
         // does. Correlated readings know their variance less well, unless their correlation is at that bound.
         let beyond = (1.0 + residuals.rho * residuals.rho - 2.0 * residuals.rho * residuals.rho_found)

@@ -1,10 +1,10 @@
 //! Whether all readings scatter alike: from block to block, and along a coordinate.
 
 use super::finding::{Finding, Kind, Strongest, digits};
-use super::groups::{Group, groups};
 use super::limits::{SCALE, SQUARE_CLIP};
 use super::series::Series;
 use super::statistic::Test;
+use crate::patterns::parts;
 use crate::table::{Coordinate, ObservationKind};
 
 /// Squares, outliers held, with their mean and variance.
@@ -17,6 +17,57 @@ fn squares(values: &[f64]) -> (Vec<f64>, f64, f64) {
     (squares, mean.max(f64::MIN_POSITIVE), variance.max(f64::MIN_POSITIVE))
 }
 
+/// Rows that belong together.
+struct Group {
+    members: Vec<usize>,
+    coordinate: Coordinate,
+    range: [f64; 2],
+    name: &'static str,
+    /// Whether it scatters more than the others by more than what counts as noise, and how much more than the others.
+    apart: Option<f64>,
+}
+
+/// Groups of fewer rows say little.
+const FEWEST: usize = 6;
+
+impl Group {
+    /// None where the rows are too few or nearly all. `squares` is the sum of the squared residuals of all rows.
+    fn new(
+        series: &Series<'_>,
+        squares: f64,
+        coordinate: Coordinate,
+        name: &'static str,
+        members: Vec<usize>,
+    ) -> Option<Self> {
+        let n = series.len();
+        if members.len() < FEWEST || 10 * members.len() > 7 * n {
+            return None;
+        }
+        let at = |i: usize| match coordinate {
+            Coordinate::Index => series.index[i],
+            _ => series.rows[i].coordinate(coordinate, series.level[i]),
+        };
+        let count = members.len() as f64;
+        let own = members.iter().map(|&i| series.plain[i].powi(2)).sum::<f64>();
+        let others = ((squares - own).max(0.0) / (n as f64 - count)).sqrt();
+        let own = (own / count).sqrt();
+        Some(Self {
+            coordinate,
+            range: span(members.iter().map(|&i| at(i))),
+            name,
+            apart: (own > SCALE * others).then(|| own / others.max(f64::MIN_POSITIVE)),
+            members,
+        })
+    }
+}
+
+/// The lowest and the highest of some values.
+fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+        [low.min(at), high.max(at)]
+    })
+}
+
 /// Blocks, half-planes, angles, ranges, stretches of time, maps (Levene 1960, with squares and permutations).
 pub(super) struct Blocks {
     groups: Vec<Group>,
@@ -24,7 +75,12 @@ pub(super) struct Blocks {
 
 impl Blocks {
     pub(super) fn new(series: &Series<'_>) -> Option<Self> {
-        let groups = groups(series);
+        let squares = series.plain.iter().map(|value| value * value).sum();
+        let mut groups = Vec::new();
+        for (coordinate, name, parts) in parts::apart(series) {
+            let group = |members| Group::new(series, squares, coordinate, name, members);
+            groups.extend(parts.into_iter().filter_map(group));
+        }
         (groups.len() > 1).then_some(Self { groups })
     }
 
@@ -34,7 +90,7 @@ impl Blocks {
         let mut best = Strongest::default();
         for (place, group) in self.groups.iter().enumerate().filter(|(_, group)| wanted(group)) {
             let k = group.members.len() as f64;
-            let sum: f64 = group.members.iter().map(|&i| squares[i as usize]).sum();
+            let sum: f64 = group.members.iter().map(|&i| squares[i]).sum();
             // Likelihood ratio of two variances: it treats few and many readings alike, which squared deviations do
             // not.
             let (own, others) = (sum / k, (n * mean - sum) / (n - k));
@@ -66,14 +122,11 @@ impl Test for Blocks {
             digits(group.range[1]),
             digits(group.apart.unwrap_or(1.0))
         );
-        let numbers = group.members.iter().map(|&i| series.index[i as usize]);
-        let range = numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
-            [low.min(at), high.max(at)]
-        });
+        let range = span(group.members.iter().map(|&i| series.index[i]));
         let more: f64 = group
             .members
             .iter()
-            .map(|&i| series.plain[i as usize].powi(2) - series.expected)
+            .map(|&i| series.plain[i].powi(2) - series.expected)
             .sum();
         Finding::new(Kind::Blocks, Coordinate::Noise, range, strongest, note).explaining(more.max(0.0))
     }
@@ -194,7 +247,6 @@ impl Test for Trends {
             digits(self.apart[k][falls]),
             if falls == 0 { "upper" } else { "lower" }
         );
-        let numbers = [series.index[0], series.index[series.len() - 1]];
-        Finding::new(Kind::Trend, Coordinate::Noise, numbers, strongest, note)
+        Finding::new(Kind::Trend, Coordinate::Noise, series.numbers(), strongest, note)
     }
 }

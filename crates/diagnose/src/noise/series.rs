@@ -16,20 +16,20 @@ pub(super) const RELATIVE: usize = 1;
 pub(super) const ADDED: usize = 2;
 
 /// Residuals of one kind of rows, in the order in which they were taken.
-pub(super) struct Series<'a> {
-    pub(super) source: ObservationKind,
-    pub(super) rows: Vec<&'a Row>,
+pub(crate) struct Series<'a> {
+    pub(crate) source: ObservationKind,
+    pub(crate) rows: Vec<&'a Row>,
     /// Their numbers among all rows.
     pub(super) place: Vec<usize>,
     /// What the model expects.
-    pub(super) level: Vec<f64>,
+    pub(crate) level: Vec<f64>,
     /// Seconds along the record, one run after the other, a pause no longer than all the rest; not finite where a row
     /// has no time.
     pub(super) time: Vec<f64>,
     /// The readings' own numbers, one run after the other.
-    pub(super) index: Vec<f64>,
+    pub(crate) index: Vec<f64>,
     /// Whether a row was taken directly after the one before it, no pause between.
-    pub(super) follows: Vec<bool>,
+    pub(crate) follows: Vec<bool>,
     /// √(1 − leverage).
     pub(super) share: Vec<f64>,
     /// Residual in the unit of the search.
@@ -107,8 +107,13 @@ impl<'a> Series<'a> {
         (self.level[to] - self.level[from]) / degrees
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.rows.len()
+    }
+
+    /// The numbers of the first and the last reading.
+    pub(crate) fn numbers(&self) -> [f64; 2] {
+        [self.index[0], self.index[self.len() - 1]]
     }
 
     /// The values of these rows in a vector of all rows; 0 elsewhere.
@@ -121,7 +126,7 @@ impl<'a> Series<'a> {
     }
 
     /// Rows that were taken one after the other in one block, half-plane and light.
-    pub(super) fn visits(&self) -> Vec<Vec<usize>> {
+    pub(crate) fn visits(&self) -> Vec<Vec<usize>> {
         visits(self.rows.iter().copied().enumerate())
     }
 
