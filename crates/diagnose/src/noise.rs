@@ -6,7 +6,7 @@
 //! uncertainties are the same in it. The strongest of all tests is compared with the strongest of all tests on the
 //! simulated records, so that the number of tests raises no false alarms.
 
-mod finding;
+pub(crate) mod finding;
 pub mod limits;
 mod means;
 mod moments;
@@ -16,7 +16,7 @@ mod phases;
 mod repeats;
 mod residuals;
 mod scatter;
-mod series;
+pub(crate) mod series;
 mod single;
 mod spectrum;
 mod statistic;
@@ -24,8 +24,8 @@ mod statistic;
 use crate::patterns::{AMONG_BINS, AMONG_READINGS, Grids, IN_THE_LIGHT};
 use crate::table::{Coordinate, ObservationKind};
 
+use finding::Strongest;
 pub use finding::{Finding, Kind, NoiseTest, Peak};
-pub(crate) use finding::{Strongest, digits};
 use limits::{FEWEST, PERMUTED_SHARE, RHO, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE};
 use means::Means;
 use moments::Moments;
@@ -35,7 +35,7 @@ use phases::Phases;
 use repeats::Repeats;
 pub use residuals::Residuals;
 use scatter::{Blocks, Trends};
-pub(crate) use series::Series;
+use series::Series;
 use spectrum::Spectrum;
 use statistic::Test;
 

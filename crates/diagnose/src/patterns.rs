@@ -51,7 +51,7 @@ mod wavelength;
 pub(crate) use place::{Grid, Place};
 pub(crate) use shape::{Direction, Shape, Values};
 
-use crate::noise::Series;
+use crate::noise::series::Series;
 use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 /// Whether a pattern multiplies the expected signal or adds to it, and on which records.

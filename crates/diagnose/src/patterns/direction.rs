@@ -9,8 +9,8 @@ use super::place::{Grid, What};
 use super::shape::Direction;
 use super::shape::Shape::{Between, Beyond, Bump, Power};
 use super::{List, waves};
-use crate::noise::Series;
 use crate::noise::limits::{CENTRES, CIRCLE_DEG, CIRCLES_APART_DEG, PATCH_DEG};
+use crate::noise::series::Series;
 use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 /// Of the search.

@@ -7,8 +7,8 @@ use super::place::{Grid, What};
 use super::shape::Shape::{Between, Beyond, Bump, Cosine, Fading};
 use super::shape::{Direction, Values};
 use super::{List, waves};
-use crate::noise::Series;
 use crate::noise::limits::PATCH_SHARE;
+use crate::noise::series::Series;
 use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 /// Of the search.

@@ -4,8 +4,8 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-use crate::noise::Series;
 use crate::noise::limits::{ALIKE, MEANS, PARTS, PIECES};
+use crate::noise::series::Series;
 use crate::table::{Coordinate, Light, ObservationKind, Row};
 
 /// The rows of each part, by their places in a series.

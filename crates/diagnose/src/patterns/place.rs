@@ -4,7 +4,7 @@
 use isolux_photometry::direction;
 
 use super::shape::{Along, Shape};
-use crate::noise::{Finding, Kind, Strongest, digits};
+use crate::noise::finding::{Finding, Kind, Strongest, digits};
 use crate::table::Coordinate;
 
 /// What readings or bins have in common, and the range of the coordinate that it touches.

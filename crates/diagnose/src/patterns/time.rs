@@ -7,8 +7,8 @@ use super::place::{Grid, What};
 use super::shape::Shape::{Between, Beyond, Bump, Fading};
 use super::shape::{Direction, Values};
 use super::{List, cosines, waves};
-use crate::noise::Series;
 use crate::noise::limits::{EVERY, EVERY_VISIT, RUNS};
+use crate::noise::series::Series;
 use crate::table::{self, Coordinate, Light, ObservationKind};
 
 /// Of the search.
