@@ -64,12 +64,16 @@ pub struct AverageColour {
 /// The largest distance in (u′, v′) from the average.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LargestDifference {
-    /// Without what noise adds to a maximum.
+    /// Without what noise adds to a maximum, and what the size of the lamp takes from it.
     pub value: Quantity,
     /// As it was read.
     pub read: f64,
     /// What noise adds in the mean.
     pub noise_bias: f64,
+    /// What the spectroradiometer adds because it mixes the colours of a lamp that it sees under an angle: negative where
+    /// it takes.
+    #[serde(default)]
+    pub lamp_size_bias: f64,
     /// C of the direction.
     pub c_deg: f64,
     /// Its γ.

@@ -234,6 +234,9 @@ impl Moved {
                 .map(|&index| differences[index][0].hypot(differences[index][1]));
             lengths.fold(0.0, f64::max)
         };
+        // Spectra without what a second mixing takes are those before the first one, to first order (van Cittert 1931).
+        let unmixed = self.of_directions.iter().find(|(name, _)| *name == LAMP_SIZE);
+        let lamp_size_bias = unmixed.map_or(0.0, |(_, unmixed)| largest.read - farthest(unmixed));
         let parts = self.of_directions.iter();
         let parts = parts.map(|(name, other)| (*name, share(name) * (farthest(other) - largest.read)));
         let dark = found.left_out.iter().find(|left| bright(left.c_deg, left.gamma_deg));
@@ -246,13 +249,14 @@ impl Moved {
         let (c_deg, gamma_deg) = at[counted[largest.place]];
         Some(LargestDifference {
             value: Quantity::new(
-                largest.value,
+                (largest.value - lamp_size_bias).max(0.0),
                 "",
                 std::iter::once(("noise", largest.u_noise)).chain(parts),
             )
             .lacking(missing.iter().cloned().chain(dark)),
             read: largest.read,
             noise_bias: largest.read - largest.value,
+            lamp_size_bias,
             c_deg,
             gamma_deg,
             directions: counted.len(),

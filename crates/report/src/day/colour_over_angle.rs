@@ -52,14 +52,15 @@ pub fn section(reduction: &Reduction) -> Option<Section> {
     let delta = &facts.delta_u_prime_v_prime;
     section.paragraph(format!(
         "Δu′v′ {} at C {}° γ {}°, the largest of {} directions with at least {:.0} % of the largest \
-         intensity, from the average of LM-79; read {:.5}, of which noise makes {:.5}.",
+         intensity, from the average of LM-79; read {:.5}, of which noise makes {:.5} and the size of the lamp {:.5}.",
         delta.value.stated(),
         delta.c_deg,
         delta.gamma_deg,
         delta.directions,
         100.0 * delta.least_share,
         delta.read,
-        delta.noise_bias
+        delta.noise_bias,
+        delta.lamp_size_bias
     ));
     section.subheading("Every direction");
     section.numbers(
