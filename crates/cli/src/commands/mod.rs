@@ -1,5 +1,6 @@
 //! One module a command: its arguments, its call, its words on the screen.
 
+mod calibrate;
 mod check;
 mod convert;
 mod devices;
@@ -32,6 +33,7 @@ pub enum Command {
     Init(init::Init),
     Devices(devices::Devices),
     Check(check::Check),
+    Calibrate(calibrate::Calibrate),
     Home(manual::Home),
     Move(manual::Move),
     Switch(manual::Switch),
@@ -65,6 +67,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Init(arguments) => init::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Home(arguments) => manual::home(&arguments),
         Command::Move(arguments) => manual::move_to(&arguments),
         Command::Switch(arguments) => manual::switch(&arguments),
