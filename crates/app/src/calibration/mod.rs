@@ -16,6 +16,7 @@ use crate::Failure;
 use crate::files::{self as disk_files, Overwrite};
 use crate::front_end::control::Control;
 use crate::front_end::progress::Progress;
+use crate::history;
 use crate::instruments::bench::{PROGRAM, StationFiles};
 use crate::run::record;
 use crate::scan::plan::located;
@@ -112,6 +113,7 @@ pub fn run(request: &CalibrationRequest<'_>) -> Result<Done, Failure> {
         // They are computed from the record, whose hash is in them: the same again, or those of a better program.
         disk_files::write(&folder.join(name), bytes, Overwrite::Force)?;
     }
+    history::add(request.station, request.out, &calibration)?;
     Ok(Done {
         calibration,
         folder,

@@ -16,7 +16,7 @@ mod refused;
 
 use isolux_app::FailureKind;
 use isolux_app::calibration::{Instrument, Outcome};
-use isolux_app::files::read_json;
+use isolux_app::files::{Overwrite, read_json};
 use isolux_app::front_end::control::Control;
 use isolux_record::spectra::parse_calibration;
 
@@ -51,6 +51,22 @@ fn a_factor_file_is_written_that_the_station_reads_and_the_same_comes_again() {
     assert_eq!(again.calibration, done.calibration);
     let after = std::fs::read(lab.run(Instrument::Spectroradiometer).join("run.toml")).unwrap();
     assert_eq!(before, after);
+    // The diary has it once; a line that is none is named.
+    let diary = isolux_app::history::read(&lab.station()).unwrap();
+    assert_eq!(diary.len(), 3);
+    assert!(
+        diary
+            .iter()
+            .all(|entry| entry.record_sha256 == done.calibration.record_sha256)
+    );
+    let (charts, written) = isolux_app::history::charts(&lab.station(), None, Overwrite::Never).unwrap();
+    assert!(charts.len() == 3 && written.is_empty() && charts.iter().all(|chart| !chart.out_of_control));
+    let diary = isolux_app::history::file(&lab.station());
+    let whole = std::fs::read_to_string(&diary).unwrap();
+    std::fs::write(&diary, whole.clone() + "{}\n").unwrap();
+    let refused = isolux_app::history::read(&lab.station()).unwrap_err();
+    assert!(refused.message.contains("history.jsonl:4: "), "{refused}");
+    std::fs::write(&diary, whole).unwrap();
     // The lines that are printed make a station that can be used.
     lab.paste(&done);
     isolux_app::instruments::bench::StationFiles::load(&lab.station()).unwrap();

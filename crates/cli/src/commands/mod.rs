@@ -5,6 +5,7 @@ mod check;
 mod convert;
 mod devices;
 mod diagnose;
+mod history;
 mod init;
 mod inspect;
 mod investigate;
@@ -34,6 +35,7 @@ pub enum Command {
     Devices(devices::Devices),
     Check(check::Check),
     Calibrate(calibrate::Calibrate),
+    History(history::History),
     Home(manual::Home),
     Move(manual::Move),
     Switch(manual::Switch),
@@ -68,6 +70,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::History(arguments) => history::run(&arguments),
         Command::Home(arguments) => manual::home(&arguments),
         Command::Move(arguments) => manual::move_to(&arguments),
         Command::Switch(arguments) => manual::switch(&arguments),
