@@ -1,6 +1,7 @@
 //! What the program writes as JSON it reads as the same types, and the schemas in the book are of these types.
 
 use camino::Utf8Path;
+use isolux_app::calibration::Calibration;
 use isolux_app::day::{self, Options};
 use isolux_app::formats::inspect::{self, Quantities};
 use isolux_app::front_end::control::Control;
@@ -71,4 +72,5 @@ fn the_schemas_in_the_book_are_those_of_the_types() {
     schema::<Document>("diagnosis");
     schema::<Quantities>("quantities");
     schema::<Verification>("verification");
+    schema::<Calibration>("calibration");
 }

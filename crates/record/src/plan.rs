@@ -6,6 +6,7 @@ use camino::Utf8Path;
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::document::bounds::within;
 use crate::document::{DocumentError, Fault, SourceText, read_text};
 use crate::limits::{Limits, LimitsDocument};
 use crate::reading::ReadingKind;
@@ -21,6 +22,9 @@ const MOST_POINTS: usize = 10_000_000;
 
 /// More readings of one point than this take hours and make no mean better.
 const MOST_REPEATS: u32 = 10_000;
+
+/// Peaks at which a spectrum has light above its noise and is below saturation, as shares of saturation.
+const PEAK_COUNTS_REL: std::ops::RangeInclusive<f64> = 0.02..=0.85;
 
 /// A valid plan: at least one block, every block with its grid spelt out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -104,6 +108,9 @@ pub struct BlockDocument {
     /// Or: readings until the mean's relative standard uncertainty is at most this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_rel: Option<f64>,
+    /// Peak of the raw counts of a spectrum that the integration time aims at, as a share of saturation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_counts_rel: Option<f64>,
     /// What a person is asked to do before the block; the axes are stopped while they do it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prompt: Option<String>,
@@ -181,6 +188,8 @@ pub struct Block {
     pub reference_every: Option<u32>,
     /// How often a point is read.
     pub repeats: Repeats,
+    /// Peak of the raw counts that a spectrum aims at, as a share of saturation; none: the engine's own.
+    pub peak_counts_rel: Option<f64>,
     /// What a person is asked to do first.
     pub prompt: Option<String>,
 }
@@ -352,6 +361,13 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
             "belongs to lit blocks: the reference point is a lit reading",
         ));
     }
+    if let Some(aim) = block.peak_counts_rel {
+        let path = key("peak_counts_rel");
+        if block.instrument != Instrument::Spectroradiometer {
+            return Err(Fault::new(path, "belongs to blocks of the spectroradiometer"));
+        }
+        within(&path, aim, PEAK_COUNTS_REL, " of saturation")?;
+    }
     if block.prompt.as_ref().is_some_and(|prompt| prompt.trim().is_empty()) {
         return Err(Fault::new(
             key("prompt"),
@@ -373,6 +389,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         dim_digits: sweep::dim_digits(path, block)?,
         reference_every: block.reference_every,
         repeats,
+        peak_counts_rel: block.peak_counts_rel,
         prompt: block.prompt.clone(),
     })
 }

@@ -14,6 +14,7 @@ pub use self::document::{
 };
 pub use self::ratio::{NotARatio, Ratio};
 pub use self::traceability::Traceability;
+pub(crate) use self::traceability::is_day;
 use crate::document::{DocumentError, Fault, SourceText, read_text};
 
 /// Value of `format` in a station file.

@@ -45,6 +45,7 @@ mod smooth;
 mod so_far;
 mod spectral;
 mod spectral_noise;
+pub mod standard;
 mod straight;
 mod sweeps;
 mod unmeasured;

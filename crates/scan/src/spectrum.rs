@@ -10,9 +10,12 @@ use tokio::time::Instant;
 use crate::devices::CalibratedSpectro;
 use crate::error::ScanError;
 
-/// Peak of the raw counts aimed at, as a share of saturation, and the band in which it is good enough.
+/// Peak of the raw counts aimed at where a plan names none, as a share of saturation.
 const AIM: f64 = 0.7;
-const BAND: std::ops::RangeInclusive<f64> = 0.4..=0.9;
+/// A peak within this band, in shares of the aim, is good enough: 40 % to 90 % of saturation without an aim of a plan.
+const BAND: [f64; 2] = [0.4 / AIM, 0.9 / AIM];
+/// Above this share of saturation no peak is good.
+const MOST: f64 = 0.9;
 const MOST_EXPOSURES: u32 = 12;
 /// Longer integrations than this only make the day long.
 const LONGEST: Duration = Duration::from_secs(10);
@@ -33,12 +36,14 @@ pub struct Mean {
     totals: Vec<f64>,
 }
 
-/// Finds the integration time at which the peak of the raw counts is between 40 % and 90 % of saturation. Light that is
-/// too weak for that within ten seconds is taken with ten seconds.
+/// Finds the integration time at which the peak of the raw counts is near `aim`, a share of saturation; without one
+/// between 40 % and 90 % of it. Light that is too weak for that within ten seconds is taken with ten seconds.
 ///
 /// # Errors
 /// [`ScanError::Exposure`] when even the shortest time saturates; what the instrument reports.
-pub async fn expose(spectro: &CalibratedSpectro) -> Result<Duration, ScanError> {
+pub async fn expose(spectro: &CalibratedSpectro, aim: Option<f64>) -> Result<Duration, ScanError> {
+    let aim = aim.unwrap_or(AIM);
+    let band = BAND[0] * aim..=(BAND[1] * aim).min(MOST);
     let properties = spectro.device.properties();
     let (shortest, longest) = properties.integration_limits;
     let longest = longest.min(LONGEST);
@@ -54,14 +59,14 @@ pub async fn expose(spectro: &CalibratedSpectro) -> Result<Duration, ScanError> 
         let raw = acquire(spectro, time).await?;
         let dark = dark_level(spectro, &raw);
         peak = raw.counts.iter().copied().map(f64::from).fold(0.0, f64::max);
-        if BAND.contains(&(peak / saturation)) || (peak / saturation < AIM && time >= longest) {
+        if band.contains(&(peak / saturation)) || (peak / saturation < aim && time >= longest) {
             return Ok(time);
         }
         // A saturated peak says only "less"; otherwise light above dark is proportional to time.
         let factor = if peak >= saturation * 0.98 {
             0.2
         } else {
-            (AIM * saturation - dark) / (peak - dark).max(1.0)
+            (aim * saturation - dark) / (peak - dark).max(1.0)
         };
         let next = time.mul_f64(factor.clamp(0.05, 20.0)).clamp(shortest, longest);
         if next == time {

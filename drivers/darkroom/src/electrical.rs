@@ -28,11 +28,12 @@ impl Electrical {
         }
     }
 
-    /// A line with this voltage and a lamp that was switched on `time_s` ago.
+    /// A line with this voltage, and a lamp at its rated current or off it by the error of that, which was switched on `time_s` ago.
     pub fn illuminated(document: &Darkroom, voltage_v: f64, time_s: f64) -> Self {
         let lamp = &document.lamp;
         let power_w =
             lamp.power_w * (1.0 + lamp.power_warmup_share * warmup_excess(&document.injected_effects, time_s));
+        let power_w = power_w * (1.0 + lamp.current_error_rel);
         Self {
             voltage_v,
             current_a: power_w / (voltage_v * lamp.power_factor),

@@ -10,11 +10,13 @@
 
 pub mod built_in;
 pub mod camera;
+pub mod certificate;
 pub mod climate;
 pub mod document;
 pub mod electrical;
 pub mod far_field;
 mod fault;
+pub mod filament;
 pub mod floor;
 pub mod illuminator;
 pub mod injected_effects;

@@ -40,6 +40,8 @@ pub enum Stream {
     DarkPattern = 8,
     /// Readings of the power meter.
     PowerMeter = 9,
+    /// Errors of the certificate of a standard lamp.
+    Certificate = 10,
 }
 
 /// A source of draws addressed by number.

@@ -79,6 +79,11 @@ part! {
         phosphor_lean_rel: f64 = 0.0, -0.4..=0.4;
         /// C of that side, degrees.
         phosphor_lean_azimuth_deg: f64 = 0.0, -360.0..=360.0;
+        /// Temperature of a filament whose spectrum its light has in place of that of LEDs, K; 0: LEDs. The phosphor has
+        /// no part in it then.
+        temperature_k: f64 = 0.0, 0.0..=4000.0;
+        /// The current off its rated value, relative: of a filament the temperature follows.
+        current_error_rel: f64 = 0.0, -0.2..=0.2;
         /// Time from switching on to light, and from off to dark, s.
         switch_s: f64 = 0.05, 0.0..=3600.0;
         /// Rated supply voltage, V (RMS).
@@ -274,6 +279,8 @@ part! {
         electrons_per_count: f64 = 1.6, POSITIVE;
         /// Loss of responsivity at full scale: counts = linear · (1 − loss · linear / saturation).
         nonlinearity: f64 = 0.04, -0.3..=0.3;
+        /// A further loss at full scale, in the same form, of which the polynomial that it stores knows nothing.
+        nonlinearity_error: f64 = 0.0, -0.2..=0.2;
         /// Counts at which the converter ends.
         saturation_counts: u16 = 65_535;
     }

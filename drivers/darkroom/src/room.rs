@@ -78,7 +78,7 @@ impl Room {
         Self {
             floor: Floor::new(floor.albedo, floor.height_mm).map(|floor| (floor, FarField::new(&lamp))),
             lamp,
-            spectrum: LampSpectrum::default(),
+            spectrum: LampSpectrum::new(&document.lamp),
             document,
         }
     }
@@ -269,7 +269,7 @@ impl Room {
     /// Output of the lamp relative to the warm one, averaged over a window around `time_s`, its flicker included.
     fn output(&self, time_s: f64, window_s: f64) -> f64 {
         let flicker = self.document.lamp.flicker_rel;
-        let slow = relative_output(&self.document.injected_effects, time_s, window_s);
+        let slow = self.spectrum.level() * relative_output(&self.document.injected_effects, time_s, window_s);
         if flicker == 0.0 {
             return slow;
         }

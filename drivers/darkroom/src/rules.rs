@@ -47,6 +47,11 @@ fn lamp(lamp: &Lamp) -> Result<(), document::Fault> {
         lamp.table.is_none() || lamp.luminous_diameter_mm.is_some(),
         "needs `luminous_diameter_mm`, the diameter of what shines; 0 is a point",
     )?;
+    require(
+        "lamp.temperature_k",
+        lamp.temperature_k == 0.0 || lamp.temperature_k >= 1500.0,
+        "is 0 for LEDs, or 1500 to 4000 K of a filament",
+    )?;
     let rings = lamp.ring_diameter_mm.len();
     require(
         "lamp.ring_diameter_mm",

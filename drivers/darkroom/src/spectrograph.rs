@@ -134,7 +134,8 @@ pub fn dark_noise_lx(instrument: &Spectroradiometer, integration_s: f64) -> f64 
 
 /// The detector's loss towards full scale.
 fn bend(instrument: &Spectroradiometer, linear: f64) -> f64 {
-    linear * (1.0 - instrument.nonlinearity * linear / 65_535.0)
+    let loss = instrument.nonlinearity + instrument.nonlinearity_error;
+    linear * (1.0 - loss * linear / 65_535.0)
 }
 
 /// Coefficients of the polynomial P(counts) that undoes the non-linearity as linear = counts / P(counts), as the

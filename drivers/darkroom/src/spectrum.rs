@@ -1,7 +1,10 @@
-//! The lamp's spectrum: a blue chip under a yellow and a red phosphor, cool white.
+//! The lamp's spectrum: a blue chip under a yellow and a red phosphor, cool white; or a filament.
 //!
 //! What an LED sends aside went a longer way through the phosphor. So light is a mixture of two spectra, and its colour
 //! one number: how much phosphor light there is to the chip's, in units of that along an LED's axis.
+
+use crate::filament;
+use crate::parts::Lamp;
 
 /// V(λ) at 1 nm from 360 nm to 830 nm (CIE 018:2019; the same numbers as ISO/CIE 23539).
 const V_LAMBDA: &str = include_str!("v_lambda.csv");
@@ -40,45 +43,96 @@ fn skewed(wavelength_nm: f64, peak_nm: f64, below_nm: f64, above_nm: f64) -> f64
     (-0.5 * ((wavelength_nm - peak_nm) / width).powi(2)).exp()
 }
 
+/// What gives the light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Source {
+    /// Chips under phosphor.
+    Leds,
+    /// A filament at this temperature, K.
+    Filament(f64),
+}
+
+impl Source {
+    /// Relative power of what is not the phosphor's, and of the phosphor with 1 of it.
+    fn power(self, wavelength_nm: f64) -> (f64, f64) {
+        match self {
+            Self::Leds => (relative_power(wavelength_nm, 0.0), phosphor_power(wavelength_nm)),
+            Self::Filament(temperature_k) => (filament::radiance(wavelength_nm, temperature_k), 0.0),
+        }
+    }
+}
+
 /// The lamp's spectrum, scaled to one lux.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LampSpectrum {
+    source: Source,
     /// ∫S dλ and 683·∫SV dλ along an LED's axis, and of its phosphor alone.
     power: f64,
     light: f64,
     phosphor_power: f64,
     phosphor_light: f64,
+    /// Light at the lamp's current over that at the rated one.
+    level: f64,
 }
 
 impl Default for LampSpectrum {
     fn default() -> Self {
-        let (mut power, mut light) = (0.0, 0.0);
-        let (mut phosphor_power, mut phosphor_light) = (0.0, 0.0);
+        Self::from_source(Source::Leds)
+    }
+}
+
+impl LampSpectrum {
+    /// The spectrum of the lamp at its current.
+    pub fn new(lamp: &Lamp) -> Self {
+        if lamp.temperature_k == 0.0 {
+            return Self::default();
+        }
+        let temperature_k = filament::temperature_at(lamp.temperature_k, lamp.current_error_rel);
+        let [now, rated] =
+            [temperature_k, lamp.temperature_k].map(|kelvin| Self::from_source(Source::Filament(kelvin)));
+        Self {
+            level: now.light / rated.light,
+            ..now
+        }
+    }
+
+    fn from_source(source: Source) -> Self {
+        let mut spectrum = Self {
+            source,
+            power: 0.0,
+            light: 0.0,
+            phosphor_power: 0.0,
+            phosphor_light: 0.0,
+            level: 1.0,
+        };
         for (row, wavelength_nm) in V_LAMBDA.lines().zip(FIRST_NM..=LAST_NM) {
             let v: f64 = row
                 .split_once(',')
                 .and_then(|(_, v)| v.trim().parse().ok())
                 .unwrap_or(f64::NAN);
-            let s = relative_power(wavelength_nm as f64, 1.0);
-            power += s;
-            light += 683.0 * s * v;
-            let s = self::phosphor_power(wavelength_nm as f64);
-            phosphor_power += s;
-            phosphor_light += 683.0 * s * v;
+            let (other, phosphor) = source.power(wavelength_nm as f64);
+            spectrum.power += other + phosphor;
+            spectrum.light += 683.0 * (other + phosphor) * v;
+            spectrum.phosphor_power += phosphor;
+            spectrum.phosphor_light += 683.0 * phosphor * v;
         }
-        Self {
-            power,
-            light,
-            phosphor_power,
-            phosphor_light,
-        }
+        spectrum
     }
-}
 
-impl LampSpectrum {
+    /// Light at the lamp's current over that at the rated one.
+    pub fn level(&self) -> f64 {
+        self.level
+    }
+
+    /// Relative power of light with `phosphor` times the phosphor's part.
+    fn relative(&self, wavelength_nm: f64, phosphor: f64) -> f64 {
+        let (other, part) = self.source.power(wavelength_nm);
+        other + phosphor * part
+    }
+
     /// Spectral irradiance at one lux of light with `phosphor` times the phosphor's part, W/(m² nm).
     pub fn per_lux(&self, wavelength_nm: f64, phosphor: f64) -> f64 {
-        (1.0 / self.light(phosphor)) * relative_power(wavelength_nm, phosphor)
+        (1.0 / self.light(phosphor)) * self.relative(wavelength_nm, phosphor)
     }
 
     /// Irradiance (360–830 nm) at one lux of such light, W/m².
@@ -91,14 +145,15 @@ impl LampSpectrum {
     pub fn response(&self, weight: &dyn Fn(f64) -> f64) -> impl Fn(f64) -> f64 + use<> {
         let (mut axial, mut of_phosphor) = (0.0, 0.0);
         for nm in (FIRST_NM..=LAST_NM).map(|nm| nm as f64) {
-            axial += weight(nm) * relative_power(nm, 1.0);
-            of_phosphor += weight(nm) * phosphor_power(nm);
+            let (other, phosphor) = self.source.power(nm);
+            axial += weight(nm) * (other + phosphor);
+            of_phosphor += weight(nm) * phosphor;
         }
         let (share, light) = (of_phosphor / axial, self.phosphor_light / self.light);
         move |phosphor| (1.0 + (phosphor - 1.0) * share) / (1.0 + (phosphor - 1.0) * light)
     }
 
-    /// 683·∫SV dλ of such light, in the unit of [`relative_power`].
+    /// 683·∫SV dλ of such light, in the unit of its relative power.
     fn light(&self, phosphor: f64) -> f64 {
         self.light + (phosphor - 1.0) * self.phosphor_light
     }

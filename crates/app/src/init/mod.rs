@@ -4,6 +4,7 @@ mod bench;
 mod colour;
 mod in_motion;
 mod lamp;
+mod standard;
 pub mod subject;
 mod virtual_station;
 
@@ -131,6 +132,25 @@ pub fn for_lamp(
     let written = write_all(folder, files, overwrite)?;
     lamp.notes.iter().for_each(|note| progress.event(Event::Note(note)));
     Ok(written)
+}
+
+/// Writes into `folder` what a calibration is tried with: a virtual room whose lamp is a standard, its certificate, and a
+/// station; the names written.
+///
+/// # Errors
+/// Bad input (exit 2) when one of them exists and may not be replaced: then none is written.
+pub fn with_standard(
+    folder: &Utf8Path,
+    instruments: &Instruments,
+    overwrite: Overwrite,
+) -> Result<Vec<Utf8PathBuf>, Failure> {
+    let mut files = standard::files(&instruments.choice()?)?;
+    for (name, text) in &mut files {
+        if *name == "station.toml" {
+            *text = format!("{STATION_HEAD}{text}{STATION_TAIL}");
+        }
+    }
+    write_all(folder, files, overwrite)
 }
 
 /// Writes all of them or none.

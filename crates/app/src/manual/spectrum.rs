@@ -93,7 +93,7 @@ async fn take(devices: &Devices) -> Result<Option<Taken>, ScanError> {
     let Some(spectro) = &devices.spectro else {
         return Ok(None);
     };
-    let time = spectrum::expose(spectro).await?;
+    let time = spectrum::expose(spectro, None).await?;
     let light = spectrum::acquire(spectro, time).await?;
     let dark = match &devices.shutter {
         Some(TwoState::Device(shutter)) if spectro.device.properties().dark_pixels.is_empty() => {

@@ -21,6 +21,7 @@ isolux init bench --luminaire maker=ACME --luminaire name=\"Spot 12\" --report l
 isolux init spot --lamp SPOT.ldt   room, station and plan for that luminaire: its scan rehearsed\n  \
 isolux init spot --lamp SPOT.ldt --sweep   the same, read while γ moves\n  \
 isolux init bench --colour         with spectra over angle: the colour of every direction\n  \
+isolux init lab --standard        a bench under a standard lamp with its certificate, to calibrate\n  \
 isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
 isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
 isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
@@ -49,6 +50,9 @@ pub struct Init {
     /// for its symmetry and beam.
     #[arg(long, value_name = "FILE", requires = "folder", conflicts_with_all = ["room", "plan"])]
     lamp: Option<Utf8PathBuf>,
+    /// Write a virtual bench under a standard lamp, and the certificate of that lamp, for `isolux calibrate`.
+    #[arg(long, requires = "folder", conflicts_with_all = ["room", "plan", "lamp", "sweep", "colour", "luminaire", "report", "ask"])]
+    standard: bool,
     /// Read the distribution while γ moves: minutes from a stable lamp in place of hours. Instruments that are not
     /// named are those that can.
     #[arg(long, requires = "folder")]
@@ -106,6 +110,7 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         ..arguments.played.instruments()
     };
     let mut written = match (&arguments.folder, &arguments.lamp) {
+        (Some(folder), _) if arguments.standard => init::with_standard(folder, &instruments, overwrite)?,
         (Some(folder), Some(lamp)) => {
             let bars = screen::Bars::default();
             init::for_lamp(folder, lamp, &instruments, &subject, overwrite, &bars)?

@@ -1,9 +1,11 @@
 //! One module a command: its arguments, its call, its words on the screen.
 
+mod calibrate;
 mod check;
 mod convert;
 mod devices;
 mod diagnose;
+mod history;
 mod init;
 mod inspect;
 mod investigate;
@@ -32,6 +34,8 @@ pub enum Command {
     Init(init::Init),
     Devices(devices::Devices),
     Check(check::Check),
+    Calibrate(calibrate::Calibrate),
+    History(history::History),
     Home(manual::Home),
     Move(manual::Move),
     Switch(manual::Switch),
@@ -65,6 +69,8 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Init(arguments) => init::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::History(arguments) => history::run(&arguments),
         Command::Home(arguments) => manual::home(&arguments),
         Command::Move(arguments) => manual::move_to(&arguments),
         Command::Switch(arguments) => manual::switch(&arguments),

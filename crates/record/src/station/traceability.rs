@@ -69,7 +69,8 @@ pub(super) fn stated(station: &StationDocument) -> [(&'static str, Option<Tracea
     ]
 }
 
-fn is_day(text: &str) -> bool {
+/// Whether `text` is a day, YYYY-MM-DD.
+pub(crate) fn is_day(text: &str) -> bool {
     let parts: Vec<&str> = text.split('-').collect();
     let number = |part: &str, digits: usize, range: std::ops::RangeInclusive<u32>| {
         part.len() == digits && part.parse().is_ok_and(|value: u32| range.contains(&value))

@@ -8,6 +8,8 @@ mod colour_over_sphere;
 mod colour_steps;
 mod cone;
 mod contour;
+mod control_chart;
+mod factor_drift;
 mod isocandela;
 mod isolux;
 mod polar;
@@ -27,6 +29,8 @@ pub use colour_directions::{ColourDirections, DirectionColour, STEP};
 pub use colour_over_sphere::colour_over_sphere;
 pub use colour_steps::colour_steps;
 pub use cone::{Cone, cone, cones};
+pub use control_chart::{ControlChart, ControlPoint, control_chart};
+pub use factor_drift::{FactorDrift, factor_drift};
 pub use isocandela::isocandela;
 pub use isolux::{IsoluxOptions, isolux};
 pub use polar::{PolarOptions, PolarSoFar, polar, polar_so_far};
@@ -62,6 +66,8 @@ mod tests {
                 colour_steps(&colours),
                 colour_over_sphere(&colours),
                 cct_over_gamma(&colours).unwrap(),
+                control_chart(&ControlChart::default()),
+                factor_drift(&[], ""),
                 spectrum_beside(&lamp, &lamp, &SpectrumOptions::default(), ["one", "other"]),
                 polar(&light, &options),
                 polar_so_far(&PolarSoFar::default()),

@@ -24,7 +24,7 @@ impl Session<'_> {
             Repeats::Exactly(count) => count,
             Repeats::Until(_) => 8,
         };
-        let time = spectrum::expose(spectro).await?;
+        let time = spectrum::expose(spectro, block.peak_counts_rel).await?;
         let light = self.mean(spectro, time, count).await?;
         let was_open = self.shutter_open;
         self.shutter(block, false).await?;
