@@ -104,7 +104,7 @@ fn judged(quantity: &str, points: &[Entry], limits: Limits) -> (bool, String) {
     if last.abs() > 3.0 {
         let from = back(&|one| one.signum() == last.signum() && one.abs() > 3.0);
         let words = format!(
-            "{quantity}: out of the limits of action since {}: {change:+.2} %, {last:+.1} s",
+            "{quantity}: out of the limits of action since {}: {change:+.2} %, {last:+.1} standard deviations",
             since(from)
         );
         return (true, words);
@@ -121,10 +121,13 @@ fn judged(quantity: &str, points: &[Entry], limits: Limits) -> (bool, String) {
     if last.abs() > 2.0 {
         return (
             false,
-            format!("{quantity}: warning, {change:+.2} %, {last:+.1} s; calibrate again"),
+            format!("{quantity}: warning, {change:+.2} %, {last:+.1} standard deviations; calibrate again"),
         );
     }
-    (false, format!("{quantity}: in control, {change:+.2} %, {last:+.1} s"))
+    (
+        false,
+        format!("{quantity}: in control, {change:+.2} %, {last:+.1} standard deviations"),
+    )
 }
 
 #[cfg(test)]

@@ -75,7 +75,7 @@ pub fn control_chart(chart: &ControlChart) -> String {
         );
         svg.circle(at(place, point.value), 3.0, colour::DATA, None);
     }
-    let words = "limits: mean, ± 2 s warning (dashed), ± 3 s action; bars: U (k = 2)";
+    let words = "mean, warning ± 2 s (dashed), action ± 3 s; bars: U (k = 2)";
     svg.text((frame.left, HEIGHT - 10.0), Anchor::Start, colour::INK, words);
     svg.finish()
 }
