@@ -32,7 +32,7 @@ pub enum Outcome {
     /// Factors over wavelength.
     Spectroradiometer(Box<SpectralFactors>),
     /// One factor.
-    Luxmeter(LuxFactor),
+    Luxmeter(Box<LuxFactor>),
 }
 
 impl Outcome {

@@ -89,7 +89,7 @@ pub fn run(request: &CalibrationRequest<'_>) -> Result<Done, Failure> {
         Instrument::Spectroradiometer => {
             standard::spectroradiometer(&run, &standard).map(|factors| Outcome::Spectroradiometer(Box::new(factors)))
         }
-        Instrument::Luxmeter => standard::luxmeter(&run, &standard).map(Outcome::Luxmeter),
+        Instrument::Luxmeter => standard::luxmeter(&run, &standard).map(|factor| Outcome::Luxmeter(Box::new(factor))),
     };
     let outcome = outcome.map_err(|error| {
         let refused = failure(request.standard, &error);

@@ -48,18 +48,15 @@ fn the_covariance_is_that_of_a_monte_carlo() {
     let mut draws: Vec<[f64; 4]> = Vec::new();
     for _ in 0..DRAWS {
         let [z_scale, z_temperature] = [normal(&mut random), normal(&mut random)];
-        let moved: String = (table.lines().enumerate())
-            .map(|(line, row)| {
-                let fields: Vec<&str> = row.split(',').collect();
-                if line == 0 {
-                    return format!("{row}\n");
-                }
-                let [nm, value]: [f64; 2] = std::array::from_fn(|k| fields[k].parse().unwrap());
-                let tilt = C2_NM_K / (nm * factors.temperature_k);
-                let by = (scale * z_scale + temperature * tilt * z_temperature).exp();
-                format!("{nm},{:.9e},{}\n", value * by, fields[2])
-            })
-            .collect();
+        let mut rows = table.lines();
+        let mut moved = format!("{}\n", rows.next().unwrap());
+        for row in rows {
+            let fields: Vec<&str> = row.split(',').collect();
+            let [nm, value]: [f64; 2] = std::array::from_fn(|k| fields[k].parse().unwrap());
+            let tilt = C2_NM_K / (nm * factors.temperature_k);
+            let by = (scale * z_scale + temperature * tilt * z_temperature).exp();
+            moved += &format!("{nm},{:.9e},{}\n", value * by, fields[2]);
+        }
         let standard = Standard::parse("standard.toml".into(), &text, &|_| Ok(moved.clone())).unwrap();
         let mut run = run.clone();
         for pixel in run.spectra.iter_mut().flat_map(|spectrum| &mut spectrum.pixels) {

@@ -103,10 +103,9 @@ fn no_factors_of_a_spectroradiometer_without_what_they_need() {
     of(
         &whole,
         &|run| {
-            run.readings
-                .rows
-                .iter_mut()
-                .for_each(|row| row.electrical.current_a = None)
+            for row in &mut run.readings.rows {
+                row.electrical.current_a = None;
+            }
         },
         "no reading",
     );
