@@ -8,10 +8,10 @@
 //!
 //! Everything that the station's certificates state is drawn from what they state: gain of the lux meter (0.4 %) and of
 //! the spectroradiometer (0.4 %), a tilt and a bow of its calibration over the wavelength (0.4 % each), its wavelengths
-//! (0.1 nm), distance (2 mm), γ zero (0.03°), power (0.1 %). Lamp, colour over angle, warm-up, drift, zero of the meter,
-//! stray light of room and floor and the room's temperature are drawn beside it; noise is the instruments' own. The plan
-//! takes spectra over angle and the power of the supply. What the station has no key for is not drawn: light that is
-//! scattered inside the spectroradiometer among it.
+//! (0.1 nm), distance (2 mm), γ zero (0.03°), power (0.1 %). Lamp, colour over angle, warm-up, drift, zero of the
+//! meter, stray light of room and floor and the room's temperature are drawn beside it; noise is the instruments' own.
+//! The plan takes spectra over angle and the power of the supply. What the station has no key for is not drawn: light
+//! that is scattered inside the spectroradiometer among it.
 //!
 //! The truth is that of the room's single LEDs: their light far away, the spectrum of their sum, and the room's camera
 //! before the lamp for the mean on the sensor.

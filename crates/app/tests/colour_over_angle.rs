@@ -493,7 +493,8 @@ fn where_a_colour_carries_plus_minus_the_truth_lies_within_two_of_it() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// JCGM 101, 8: the budget propagates uncertainties by slopes, the draws whole distributions through the whole reduction.
+/// JCGM 101, 8: the budget propagates uncertainties by slopes, the draws whole distributions through the whole
+/// reduction.
 #[test]
 fn draws_of_the_inputs_agree_with_the_budget() {
     const DRAWS: u64 = 200;

@@ -28,7 +28,8 @@ impl Electrical {
         }
     }
 
-    /// A line with this voltage, and a lamp at its rated current or off it by the error of that, which was switched on `time_s` ago.
+    /// A line with this voltage, and a lamp at its rated current or off it by the error of that, which was switched on
+    /// `time_s` ago.
     pub fn illuminated(document: &Darkroom, voltage_v: f64, time_s: f64) -> Self {
         let lamp = &document.lamp;
         let power_w =

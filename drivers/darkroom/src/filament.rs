@@ -1,4 +1,5 @@
-//! The light of a hot filament: Planck's law times an emissivity like that of tungsten, and what its current does to it.
+//! The light of a hot filament: Planck's law times an emissivity like that of tungsten, and what its current does to
+//! it.
 
 /// Second radiation constant hc/k (exact since the SI of 2019), nm·K.
 const C2_NM_K: f64 = 1.438_776_877e7;

@@ -79,8 +79,8 @@ part! {
         phosphor_lean_rel: f64 = 0.0, -0.4..=0.4;
         /// C of that side, degrees.
         phosphor_lean_azimuth_deg: f64 = 0.0, -360.0..=360.0;
-        /// Temperature of a filament whose spectrum its light has in place of that of LEDs, K; 0: LEDs. The phosphor has
-        /// no part in it then.
+        /// Temperature of a filament whose spectrum its light has in place of that of LEDs, K; 0: LEDs. The phosphor
+        /// has no part in it then.
         temperature_k: f64 = 0.0, 0.0..=4000.0;
         /// The current off its rated value, relative: of a filament the temperature follows.
         current_error_rel: f64 = 0.0, -0.2..=0.2;

@@ -1,5 +1,5 @@
-//! A control chart of individual values (Shewhart; ISO 7870-2): warning at two, action at three standard deviations from
-//! the mean.
+//! A control chart of individual values (Shewhart; ISO 7870-2): warning at two, action at three standard deviations
+//! from the mean.
 
 use serde::Serialize;
 

@@ -134,8 +134,8 @@ pub fn for_lamp(
     Ok(written)
 }
 
-/// Writes into `folder` what a calibration is tried with: a virtual room whose lamp is a standard, its certificate, and a
-/// station; the names written.
+/// Writes into `folder` what a calibration is tried with: a virtual room whose lamp is a standard, its certificate, and
+/// a station; the names written.
 ///
 /// # Errors
 /// Bad input (exit 2) when one of them exists and may not be replaced: then none is written.

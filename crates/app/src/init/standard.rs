@@ -20,8 +20,8 @@ const TABLE_FILE: &str = "standard.csv";
 const ISSUED_DAYS: i64 = 30;
 const VALID_DAYS: i64 = 365;
 
-/// What the room has otherwise than the built-in one: a filament lamp of 48 W and 3000 lm as bright as illuminant A, the
-/// lux meter at the distance of its illuminance.
+/// What the room has otherwise than the built-in one: a filament lamp of 48 W and 3000 lm as bright as illuminant A,
+/// the lux meter at the distance of its illuminance.
 const OTHERWISE: [(&str, &str, &str); 16] = [
     ("[lamp]", "flux_lm", "3000.0"),
     ("[lamp]", "ring_diameter_mm", "[0.0]"),

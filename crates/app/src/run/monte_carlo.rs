@@ -81,8 +81,8 @@ impl Drawn {
 /// number give the same draws, on any number of threads.
 ///
 /// # Errors
-/// Bad input (exit 2) for too few draws, an unknown correction, a scan in motion; what the reduction of the record itself
-/// is refused for.
+/// Bad input (exit 2) for too few draws, an unknown correction, a scan in motion; what the reduction of the record
+/// itself is refused for.
 pub fn run(run: &Utf8Path, without: &[String], draws: u64, progress: &dyn Progress) -> Result<Drawn, Failure> {
     if draws < LEAST {
         return Err(Failure::bad_input(format!(

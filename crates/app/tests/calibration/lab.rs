@@ -18,7 +18,8 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// The bench that `init --standard` writes, its room with `seed` and changed by `edit`, its certificate of that room.
+    /// The bench that `init --standard` writes, its room with `seed` and changed by `edit`, its certificate of that
+    /// room.
     pub fn new(seed: u64, edit: impl FnOnce(&mut Darkroom)) -> Self {
         let memory = Utf8Path::new("/dev/shm");
         let keep = if memory.is_dir() {

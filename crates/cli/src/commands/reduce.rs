@@ -29,8 +29,8 @@ pub struct Reduce {
     /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
-    /// Draw the inputs of the record so many times, reduce each record, and print the budget beside the draws; nothing is
-    /// written.
+    /// Draw the inputs of the record so many times, reduce each record, and print the budget beside the draws; nothing
+    /// is written.
     #[arg(long, value_name = "DRAWS", conflicts_with_all = ["out", "with", "accept_drift", "force"])]
     monte_carlo: Option<u64>,
     /// Print the budget as JSON.

@@ -257,8 +257,8 @@ impl Bench {
     }
 }
 
-/// Whether a day ended because the directions read at rest disagree with its sweeps, as those of one sound scan in twenty
-/// do; else it ended well.
+/// Whether a day ended because the directions read at rest disagree with its sweeps, as those of one sound scan in
+/// twenty do; else it ended well.
 fn is_refused(day: Child) -> bool {
     let output = day.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);

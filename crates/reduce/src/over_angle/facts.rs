@@ -70,8 +70,8 @@ pub struct LargestDifference {
     pub read: f64,
     /// What noise adds in the mean.
     pub noise_bias: f64,
-    /// What the spectroradiometer adds because it mixes the colours of a lamp that it sees under an angle: negative where
-    /// it takes.
+    /// What the spectroradiometer adds because it mixes the colours of a lamp that it sees under an angle: negative
+    /// where it takes.
     #[serde(default)]
     pub lamp_size_bias: f64,
     /// C of the direction.

@@ -80,12 +80,12 @@ pub struct Stated {
     pub alignment_rel: f64,
 }
 
-/// What a calibration at `distance_mm` on `day` (YYYY-MM-DD) needs of its station and certificate: it can be asked before
-/// anything is opened.
+/// What a calibration at `distance_mm` on `day` (YYYY-MM-DD) needs of its station and certificate: it can be asked
+/// before anything is opened.
 ///
 /// # Errors
-/// [`CalibrationError`] for a certificate that states no such quantity or does not hold on that day, an uncertainty that
-/// the station does not state, a distance too far from the certified one.
+/// [`CalibrationError`] for a certificate that states no such quantity or does not hold on that day, an uncertainty
+/// that the station does not state, a distance too far from the certified one.
 pub fn stated(
     what: Calibrated,
     station: &Station,

@@ -51,9 +51,9 @@ impl Component {
     }
 }
 
-/// An uncertainty of which it is not known what wavelengths share: a third each of it goes to a common factor, and to the
-/// two phases of a wave over the whole range. At every wavelength they give the uncertainty itself (after the method of
-/// base functions, Kärhä et al., Metrologia 54, 2017).
+/// An uncertainty of which it is not known what wavelengths share: a third each of it goes to a common factor, and to
+/// the two phases of a wave over the whole range. At every wavelength they give the uncertainty itself (after the
+/// method of base functions, Kärhä et al., Metrologia 54, 2017).
 pub(super) fn unknown_correlation(wavelength_nm: &[f64], u_rel: &[f64]) -> Vec<Vec<f64>> {
     let (first, last) = match wavelength_nm {
         [first, .., last] => (*first, *last),

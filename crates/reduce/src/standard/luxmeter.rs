@@ -1,4 +1,5 @@
-//! The factor of a lux meter, from a lamp with a certificate of its illuminance: k = E_cert / E_read under illuminant A.
+//! The factor of a lux meter, from a lamp with a certificate of its illuminance: k = E_cert / E_read under illuminant
+//! A.
 
 use isolux_record::{Quality, Reading, ReadingKind, Role, Run, Standard};
 use isolux_spectrum::{Spectrum, illuminant};

@@ -59,8 +59,8 @@ pub struct SpectralFactors {
 pub struct Drift {
     /// New over former, less 1, at each wavelength; none where there was no factor.
     pub relative: Vec<Option<f64>>,
-    /// Illuminance of the standard by the new ones over that by the former, less 1; none without former ones over all of
-    /// V(λ).
+    /// Illuminance of the standard by the new ones over that by the former, less 1; none without former ones over all
+    /// of V(λ).
     pub illuminance_rel: Option<f64>,
     /// Relative standard uncertainty that the station states of the former ones.
     pub u_former_rel: Option<f64>,
