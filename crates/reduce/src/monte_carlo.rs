@@ -4,7 +4,7 @@
 //! | input | distribution | JCGM 101 |
 //! |---|---|---|
 //! | noise of a reading, of a pixel, of its dark | normal, one each | 6.4.7 |
-//! | digit of a reading | even within ± half; equal displays are rounded alike where noise does not dither them | 6.4.2 |
+//! | digit of a reading | even within ± half; one for all equal displays that noise does not dither | 6.4.2 |
 //! | calibration of the lux meter, of the spectroradiometer; distances; γ; wavelengths | normal, one for all | 6.4.7 |
 //! | tilt and bow of the spectroradiometer's calibration | normal, one each for all | 6.4.7 |
 //!
@@ -12,8 +12,7 @@
 //! quantity that has such parts, the others are compared.
 
 use isolux_record::Run;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::background::noise_of_one;
 use crate::normal::Normal;
@@ -38,7 +37,7 @@ const DRAWN: [&str; 12] = [
 const TAIL: f64 = 0.025;
 
 /// A quantity by its budget and by draws.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Propagated {
     /// What it is.
     pub name: String,

@@ -21,8 +21,8 @@ pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<S
         let least = passes.len() - (block.c_deg.len() - 1) + 1;
         return Some(format!(
             "block `{}`: {least} to {} sweeps, {:.0} to {:.0} s of motion: {RINGS} rings and the half-planes that \
-             they show to be needed, {second}and {AT_REST} directions at rest; all {directions} directions at rest take \
-             {at_rest_s:.0} s or more",
+             they show to be needed, {second}and {AT_REST} directions at rest; all {directions} directions at rest \
+             take {at_rest_s:.0} s or more",
             block.name,
             passes.len(),
             moving_s(&passes[..least]),

@@ -86,7 +86,8 @@ pub fn write(room: &Darkroom, stated: &Stated, table_file: &str) -> Written {
     let lamp = &room.lamp;
     let current_a = lamp.power_w / (lamp.voltage_v * lamp.power_factor);
     let document = format!(
-        "# The certificate of the lamp of a virtual darkroom: its values are wrong by an error drawn from what it states.\n\
+        "# The certificate of the lamp of a virtual darkroom: its values are wrong by an error drawn from what it \
+         states.\n\
          format = \"isolux-standard/1\"\n\n\
          [lamp]\ndesignation = \"virtual filament lamp\"\nnumber = \"seed {seed}\"\nhours_run = 25.0\n\n\
          [certificate]\nnumber = \"{number}\"\nlaboratory = \"virtual laboratory\"\nissued = \"{issued}\"\n\
@@ -98,7 +99,8 @@ pub fn write(room: &Darkroom, stated: &Stated, table_file: &str) -> Written {
          # At distances in mm; uncertainties are standard ones (k = 1) and relative.\n\
          [spectral_irradiance]\ndistance_mm = {distance:.1}\ntable = {table_file:?}\n\
          u_scale_rel = {scale:?}                    # the part of u_rel that all wavelengths share\n\
-         u_temperature_rel = {temperature:?}             # of the temperature of the radiator that carries the scale\n\n\
+         u_temperature_rel = {temperature:?}             # of the temperature of the radiator that carries the \
+         scale\n\n\
          [illuminance]\ndistance_mm = {far:.1}\nilluminance_lx = {illuminance_lx:.4}\nu_rel = {u_lx:?}\n\
          colour_temperature_k = {temperature_k:.0}\n",
         seed = room.seed,

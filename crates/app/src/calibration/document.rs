@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Value of `format`.
 pub const FORMAT: &str = "isolux-calibration/1";
 
+/// The file of the factors, as a station names it.
+pub(super) const FACTORS: &str = "spectroradiometer.csv";
+
 /// A calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -52,7 +55,7 @@ impl Calibration {
         let mut lines = match &self.outcome {
             Outcome::Spectroradiometer(factors) => vec![
                 "[spectroradiometer]".to_owned(),
-                format!("calibration = {:?}", super::files::FACTORS),
+                format!("calibration = {:?}", FACTORS),
                 format!("u_rel = {:.5}", factors.u_rel),
                 format!("u_shape_rel = {:.5}", factors.u_shape_rel),
             ],

@@ -7,11 +7,8 @@ use isolux_record::Standard;
 use isolux_record::spectra::parse_calibration;
 use isolux_report::plots::{FactorDrift, factor_drift};
 
-use super::document::{Calibration, Outcome};
+use super::document::{Calibration, FACTORS, Outcome};
 use crate::{Failure, files};
-
-/// The factors, as a station names them.
-pub(super) const FACTORS: &str = "spectroradiometer.csv";
 
 /// Names and bytes: the factors with their uncertainty, everything as JSON, the lines for the station, the drift as a
 /// picture, and the certificate.
@@ -67,7 +64,8 @@ fn factor_file(calibration: &Calibration, factors: &super::SpectralFactors) -> S
          # Record: SHA-256 of its run.toml {}.\n\
          # {:.4} A (certified {:.4} A), {} mm (certified {} mm), read from {:.0} s after switching on{}.\n\
          # {} s at the longest; linear within {:.2e}, behind the baffle {:.2e} of the light, light changed by {:.1e}.\n\
-         # u_…: relative standard uncertainties (k = 1) by cause. What wavelengths share of each is in calibration.json.\n",
+         # u_…: relative standard uncertainties (k = 1) by cause. What wavelengths share of each is in \
+         calibration.json.\n",
         of.instrument,
         calibration.calibrated,
         calibration.due,

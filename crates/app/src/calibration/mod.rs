@@ -1,6 +1,7 @@
 //! `calibrate`: a run with a standard lamp → the factors of a spectroradiometer or a lux meter, with their uncertainty,
 //! and what has changed since the last ones.
 
+mod diary;
 mod document;
 mod files;
 mod procedure;
@@ -113,7 +114,7 @@ pub fn run(request: &CalibrationRequest<'_>) -> Result<Done, Failure> {
         // They are computed from the record, whose hash is in them: the same again, or those of a better program.
         disk_files::write(&folder.join(name), bytes, Overwrite::Force)?;
     }
-    history::add(request.station, request.out, &calibration)?;
+    history::add(request.station, &diary::entries(request.out, &calibration))?;
     Ok(Done {
         calibration,
         folder,

@@ -7,20 +7,15 @@ use std::io::{ErrorKind, Write as _};
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_report::plots::{ControlChart, ControlPoint, control_chart};
-use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use crate::Failure;
-use crate::calibration::{Calibration, Outcome};
 use crate::files::{self, Overwrite};
 
 pub use chart::{Chart, Limits};
 
 /// The diary, beside the station file.
 pub const FILE: &str = "history.jsonl";
-
-/// Wavelengths of the factors of a spectroradiometer that are followed, nm.
-const AT_NM: [f64; 3] = [450.0, 555.0, 650.0];
 
 /// One line of the diary. Lines are added and never changed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -77,17 +72,18 @@ pub fn read(station: &Utf8Path) -> Result<Vec<Entry>, Failure> {
     text.lines().enumerate().map(entry).collect()
 }
 
-/// Adds a calibration to the diary of the bench of `station`; what is there of the same record is not added again.
+/// Adds lines to the diary of the bench of `station`; what is there of the same record is not added again.
 ///
 /// # Errors
 /// As [`read`]; exit 3 when the disk refuses.
-pub(crate) fn add(station: &Utf8Path, run: &Utf8Path, calibration: &Calibration) -> Result<(), Failure> {
+pub(crate) fn add(station: &Utf8Path, entries: &[Entry]) -> Result<(), Failure> {
     let already = read(station)?;
     let of = |entry: &Entry, other: &Entry| {
         entry.record_sha256 == other.record_sha256 && entry.quantity == other.quantity && entry.value == other.value
     };
-    let new = entries(run, calibration);
-    let new = new.iter().filter(|entry| !already.iter().any(|other| of(entry, other)));
+    let new = entries
+        .iter()
+        .filter(|entry| !already.iter().any(|other| of(entry, other)));
     let mut text = String::new();
     for entry in new {
         text += &serde_json::to_string(entry).map_err(Failure::instrument)?;
@@ -108,40 +104,6 @@ pub(crate) fn add(station: &Utf8Path, run: &Utf8Path, calibration: &Calibration)
     match diary.sync_all() {
         Err(error) if error.kind() != ErrorKind::Unsupported => Err(failed(error)),
         _ => Ok(()),
-    }
-}
-
-fn entries(run: &Utf8Path, calibration: &Calibration) -> Vec<Entry> {
-    let entry = |quantity: String, value: f64, unit: &str, u: f64| Entry {
-        time_utc: Timestamp::now().to_string(),
-        kind: Kind::Calibration,
-        quantity,
-        value,
-        unit: unit.to_owned(),
-        u,
-        run: run.to_string(),
-        record_sha256: calibration.record_sha256.clone(),
-    };
-    match &calibration.outcome {
-        Outcome::Spectroradiometer(factors) => {
-            let last = factors.wavelength_nm.len().saturating_sub(1);
-            let at = |nm: f64| {
-                let place = factors.wavelength_nm.partition_point(|at| *at < nm).min(last);
-                let value = factors.factor_w_m2_nm[place];
-                let quantity = format!("spectroradiometer: factor at {nm:.0} nm");
-                entry(
-                    quantity,
-                    value,
-                    "W/(m² nm) of one count a second",
-                    value * factors.u_rel_at(place),
-                )
-            };
-            AT_NM.map(at).to_vec()
-        }
-        Outcome::Luxmeter(factor) => {
-            let value = factor.calibration_factor;
-            vec![entry("luxmeter: factor".to_owned(), value, "", value * factor.u_rel)]
-        }
     }
 }
 

@@ -1,24 +1,25 @@
 //! `isolux reduce --monte-carlo`: the budget of a run beside draws of its inputs.
 
 use std::collections::BTreeSet;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 
 use camino::Utf8Path;
 use isolux_reduce::{Correction, MonteCarlo, Options, Propagated};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+
+use isolux_units::digits::K;
 
 use crate::Failure;
 use crate::front_end::progress::{Event, Pace, Progress};
 use crate::run::record;
+use crate::run::reduce::refused;
 
 /// Fewer draws say little of a standard deviation.
 const LEAST: u64 = 20;
 
 /// What the draws of a run say.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Drawn {
     /// Draws that were asked for.
     pub draws: u64,
@@ -29,7 +30,7 @@ pub struct Drawn {
 }
 
 /// Draws without results.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refused {
     /// How many.
     pub draws: u64,
@@ -47,13 +48,14 @@ impl Drawn {
             } else {
                 format!(" {}", one.unit)
             };
-            let digits = isolux_units::digits::K;
+
             lines.push(format!(
-                "{}: {:.6}{unit}; U (k = {digits}) {:.2e} by the budget, {:.2e} by {} draws; 95 % of them from {:.6} to {:.6}",
+                "{}: {:.6}{unit}; U (k = {K}) {:.2e} by the budget, {:.2e} by {} draws; 95 % of them from {:.6} \
+                 to {:.6}",
                 one.name,
                 one.value,
-                digits * one.u_budget,
-                digits * one.u,
+                K * one.u_budget,
+                K * one.u,
                 one.draws,
                 one.interval[0],
                 one.interval[1]
@@ -96,51 +98,44 @@ pub fn run(run: &Utf8Path, without: &[String], draws: u64, progress: &dyn Progre
         without,
         accept_drift: None,
     };
-    let drawing = MonteCarlo::new(&record, &options).map_err(Failure::bad_input)?;
+    let drawing = MonteCarlo::new(&record, &options).map_err(|error| refused(run, &error))?;
     let (next, pace) = (AtomicU64::new(0), Pace::of(draws as usize));
-    let made = Mutex::new(Vec::new());
     progress.event(Event::Began {
         step: "draws",
         total: Some(draws),
     });
-    let (done, finished) = mpsc::channel();
+    let (sender, drawn) = mpsc::channel();
+    let mut made = Vec::new();
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            let done = done.clone();
-            let (next, made, drawing) = (&next, &made, &drawing);
+            let sender = sender.clone();
+            let (next, drawing) = (&next, &drawing);
             scope.spawn(move || {
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
-                    if number >= draws {
+                    // The other end lives as long as this scope.
+                    if number >= draws || sender.send((number, drawing.draw(number))).is_err() {
                         break;
                     }
-                    let drawn = drawing.draw(number);
-                    if let Ok(mut made) = made.lock() {
-                        made.push((number, drawn));
-                    }
-                    // The other end lives as long as this scope.
-                    let _ = done.send(());
                 }
             });
         }
-        drop(done);
-        for (count, ()) in (1..).zip(finished) {
+        drop(sender);
+        for one in drawn {
+            made.push(one);
             progress.event(Event::At {
-                done: count,
-                what: &pace.words("reducing", count as usize),
+                done: made.len() as u64,
+                what: &pace.words("reducing", made.len()),
             });
         }
     });
-    let mut made = made
-        .into_inner()
-        .map_err(|_| Failure::bad_input("a draw ended early"))?;
     made.sort_by_key(|(number, _)| *number);
-    let (mut values, mut refused) = (Vec::new(), None);
+    let (mut values, mut without_results) = (Vec::new(), None::<Refused>);
     for (_, drawn) in made {
         match drawn {
             Ok(drawn) => values.push(drawn),
             Err(error) => {
-                refused
+                without_results
                     .get_or_insert_with(|| Refused {
                         draws: 0,
                         why: error.to_string(),
@@ -152,7 +147,7 @@ pub fn run(run: &Utf8Path, without: &[String], draws: u64, progress: &dyn Progre
     progress.event(Event::Ended(&format!("{} records reduced", values.len())));
     Ok(Drawn {
         draws,
-        refused,
+        refused: without_results,
         quantities: drawing.propagated(&values),
     })
 }

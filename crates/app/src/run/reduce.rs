@@ -198,7 +198,7 @@ pub fn results_folder(run: &Utf8Path, reduction: &Reduction) -> Utf8PathBuf {
 const RAW: &str = "luminaire.raw.ldt";
 
 /// The failure of a record that gives no result.
-fn refused(run: &Utf8Path, error: &ReduceError) -> Failure {
+pub(super) fn refused(run: &Utf8Path, error: &ReduceError) -> Failure {
     let message = format!("{run}: {error}");
     match error {
         ReduceError::Unsteady { .. } => Failure::no(message).help(

@@ -14,11 +14,11 @@ use crate::terminal::Terminal;
 /// their uncertainty.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  isolux init lab --standard   a virtual bench under a standard lamp, and its certificate\n  \
-isolux calibrate spectroradiometer lab/station.toml --standard lab/standard.toml --out lab/calibration\n  \
-isolux calibrate luxmeter lab/station.toml --standard lab/standard.toml --out lab/lux\n\
-Broken off: the same command goes on; complete: it computes again from the record. Exit 1: the record gives no calibration \
-(another current, saturated, not linear, unsteady). Exit 2: the certificate has expired or does not fit."
+    after_help = "Examples:\n  isolux init lab --standard   a virtual bench under a standard lamp, and its \
+certificate\n  isolux calibrate spectroradiometer lab/station.toml --standard lab/standard.toml --out \
+lab/calibration\n  isolux calibrate luxmeter lab/station.toml --standard lab/standard.toml --out lab/lux\n\
+Broken off: the same command goes on; complete: it computes again from the record. Exit 1: the record gives no \
+calibration (another current, saturated, not linear, unsteady). Exit 2: the certificate has expired or does not fit."
 )]
 pub struct Calibrate {
     /// What is calibrated.
@@ -33,7 +33,8 @@ pub struct Calibrate {
     #[arg(long)]
     out: Utf8PathBuf,
     /// Days after which the calibration is due again.
-    #[arg(long, value_name = "DAYS", default_value_t = calibration::VALID_DAYS, value_parser = clap::value_parser!(i32).range(1..=36_500))]
+    #[arg(long, value_name = "DAYS", default_value_t = calibration::VALID_DAYS,
+        value_parser = clap::value_parser!(i32).range(1..=36_500))]
     valid_days: i32,
     #[command(flatten)]
     takeover: TakeOver,

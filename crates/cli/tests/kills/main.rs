@@ -210,7 +210,8 @@ fn as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give() {
     let repeated: usize = killed.iter().map(|day| day.1).sum();
     let refused = count - killed.len();
     println!(
-        "{} days in motion, {kills} kills, {repeated} whole sweeps made again; {refused} days refused by directions at rest",
+        "{} days in motion, {kills} kills, {repeated} whole sweeps made again; {refused} days refused by \
+         directions at rest",
         killed.len()
     );
     // One in twenty by design, of two days each.

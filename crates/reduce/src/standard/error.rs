@@ -32,8 +32,8 @@ pub enum CalibrationError {
     NoCurrent,
     /// The lamp did not have its current.
     #[error(
-        "reading {row}: the lamp had {found_a:.4} A; the certificate is of {certified_a:.4} A ± {tolerance_a:.4} A; set \
-         the current and begin again"
+        "reading {row}: the lamp had {found_a:.4} A; the certificate is of {certified_a:.4} A ± {tolerance_a:.4} A; \
+         set the current and begin again"
     )]
     Current {
         /// Number of the row of readings.csv.
@@ -50,8 +50,8 @@ pub enum CalibrationError {
     Missing(&'static str),
     /// Too far from the distance of the certificate.
     #[error(
-        "read at {found_mm} mm, certified at {certified_mm} mm: the inverse square law is trusted up to a ratio of {most}; \
-         go nearer to the certified distance"
+        "read at {found_mm} mm, certified at {certified_mm} mm: the inverse square law is trusted up to a ratio of \
+         {most}; go nearer to the certified distance"
     )]
     Distance {
         /// Distance of the readings.
@@ -82,8 +82,8 @@ pub enum CalibrationError {
     },
     /// Rates at two integration times differ.
     #[error(
-        "not linear: pixels at {of_full_scale:.0} % of full scale count {difference:+.2} % more per second at {short_s} s than \
-         at {long_s} s, {allowed:.2} % are allowed; the instrument needs another linearity polynomial",
+        "not linear: pixels at {of_full_scale:.0} % of full scale count {difference:+.2} % more per second at \
+         {short_s} s than at {long_s} s, {allowed:.2} % are allowed; the instrument needs another linearity polynomial",
         of_full_scale = 100.0 * of_full_scale, difference = 100.0 * difference_rel, allowed = 100.0 * allowed_rel
     )]
     Nonlinear {
@@ -100,8 +100,8 @@ pub enum CalibrationError {
     },
     /// The lamp's light changed.
     #[error(
-        "the light changed by {change:+.2} % from the first reading to the last, {limit:.2} % are allowed; let the lamp \
-         settle and begin again",
+        "the light changed by {change:+.2} % from the first reading to the last, {limit:.2} % are allowed; let the \
+         lamp settle and begin again",
         change = 100.0 * change_rel, limit = 100.0 * limit_rel
     )]
     Unsteady {
@@ -112,8 +112,8 @@ pub enum CalibrationError {
     },
     /// The table of the certificate is no filament's.
     #[error(
-        "the certificate's value at {wavelength_nm} nm is {off:+.2} % off a filament's curve through the others, its u is \
-         {u:.2} %; compare the table with the paper",
+        "the certificate's value at {wavelength_nm} nm is {off:+.2} % off a filament's curve through the others, its \
+         u is {u:.2} %; compare the table with the paper",
         off = 100.0 * off_rel, u = 100.0 * u_rel
     )]
     Shape {

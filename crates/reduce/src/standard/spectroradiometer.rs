@@ -330,7 +330,7 @@ impl SpectralFactors {
         for part in &self.components {
             part.correlated_rel.iter().for_each(|rel| add(with(rel)));
             for (place, u) in part.independent_rel.iter().enumerate() {
-                // Alone between its neighbours: linear in between, as all spectra are.
+                // One value, with linear interpolation to zero at both neighbours.
                 let near = place.saturating_sub(1)..(place + 2).min(self.wavelength_nm.len());
                 let value = |at: usize| {
                     if at == place {
