@@ -7,9 +7,9 @@ use super::Entry;
 
 /// Values that the limits come from at least.
 const LEAST: usize = 5;
-/// Mean moving range of two values of a normal distribution, in standard deviations (ISO 7870-2, d₂ for two).
+/// Mean moving range of two values of a normal distribution, in standard deviations: 2/√π, d₂ of ISO 7870-2.
 const RANGE_OVER_S: f64 = 1.128;
-/// As many values on one side of the mean in a row are a shift.
+/// As many values on one side of the mean in a row are a shift (Western Electric 1956, fourth rule).
 const ROW: usize = 8;
 
 /// The values of a quantity and what they say.

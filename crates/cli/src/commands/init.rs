@@ -51,7 +51,7 @@ pub struct Init {
     #[arg(long, value_name = "FILE", requires = "folder", conflicts_with_all = ["room", "plan"])]
     lamp: Option<Utf8PathBuf>,
     /// Write a virtual bench under a standard lamp, and the certificate of that lamp, for `isolux calibrate`.
-    #[arg(long, requires = "folder", 
+    #[arg(long, requires = "folder",
         conflicts_with_all = ["room", "plan", "lamp", "sweep", "colour", "luminaire", "report", "ask"])]
     standard: bool,
     /// Read the distribution while γ moves: minutes from a stable lamp in place of hours. Instruments that are not
