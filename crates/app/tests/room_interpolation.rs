@@ -47,6 +47,7 @@ fn rms_rel(model: &Model, room: &Room, at: impl Iterator<Item = (f64, f64)>) -> 
             travel: 1,
             range: None,
             ambient_c: None,
+            head: 0,
         })
         .collect();
     let predicted_lx = model.predict_readings(&readings);

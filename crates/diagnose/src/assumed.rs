@@ -9,13 +9,13 @@ use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, Role, ShapeTru
 use isolux_record::observation::MapUnit;
 use nalgebra::DVector;
 
-use crate::calibration::{LN_SHAPE_TERMS, SHAPE_SIGMA};
+use crate::calibration::{HEADS_SIGMA, LN_SHAPE_TERMS, SHAPE_SIGMA};
 use crate::forward::{Forward, Hypothesis, Searchable};
 use crate::known::Known;
 use crate::reference::Errors;
 
 pub use rows::{Part, direction_errors, known, row_ranges};
-use rows::{distinct_gammas, level_is_known, reach};
+use rows::{distinct_gammas, heads, level_is_known, reach};
 
 /// A model with everything that may be refitted or added.
 #[derive(Debug)]
@@ -34,6 +34,7 @@ enum Nuisance {
     LnShape(usize),
     Harmonic(usize),
     MapGain,
+    HeadGain(usize),
     Tan2,
     Tan4,
     SpectralGain,
@@ -108,6 +109,12 @@ impl AssumedModel {
         if relative {
             nuisance.push(Nuisance::MapGain);
         }
+        let heads = heads(&parts);
+        let known = refined.head_gains.len();
+        refined
+            .head_gains
+            .resize(known.max(heads.last().map_or(0, |last| *last as usize)), 1.0);
+        nuisance.extend(heads.iter().map(|head| Nuisance::HeadGain(*head as usize - 1)));
         if smooth && has(Stage::Maps) && !has(Stage::Readings) {
             nuisance.extend([Nuisance::Tan2, Nuisance::Tan4]);
         }
@@ -244,6 +251,7 @@ impl AssumedModel {
                 Nuisance::LnShape(k) => refined.ln_shape[k] += value,
                 Nuisance::Harmonic(k) => refined.c_harmonics[k].amplitude_rel += value,
                 Nuisance::MapGain => refined.map_gain *= value.exp(),
+                Nuisance::HeadGain(k) => refined.head_gains[k] *= value.exp(),
                 Nuisance::Tan2 => refined.tan2 += value,
                 Nuisance::Tan4 => refined.tan4 += value,
                 Nuisance::SpectralGain => refined.ln_shape[0] += value,
@@ -282,10 +290,12 @@ impl Forward for AssumedModel {
     }
 
     /// The level is free; a term of the shape beyond it is a few tenths of ln I at most, less the finer it is, so that
-    /// terms that no reading holds do not run away between and beyond the readings.
+    /// terms that no reading holds do not run away between and beyond the readings. The heads of two meters agree within
+    /// their calibrations.
     fn nuisance_weights(&self) -> Vec<f64> {
         let weight = |kind: &Nuisance| match kind {
             Nuisance::LnShape(k) if *k > 0 => (*k as f64 / SHAPE_SIGMA).powi(2),
+            Nuisance::HeadGain(_) => HEADS_SIGMA.powi(-2),
             _ => 0.0,
         };
         self.nuisance.iter().map(weight).collect()

@@ -88,6 +88,8 @@ pub const SMALL_STEP: f64 = 0.01;
 /// What is assumed of the first term of ln I after the level; of the k-th a k-th of it; weaker ones ran away beyond
 /// the readings. Halved 0, doubled 1.
 pub const SHAPE_SIGMA: f64 = 0.3;
+/// By how much the calibrations of two photometer heads differ, relative: 1.4 % of each.
+pub const HEADS_SIGMA: f64 = 0.02;
 /// Even Chebyshev terms of ln I that an analyst refits, where the readings have as many |γ|. 5: 12, with 33 named
 /// first, 35 in the set and 5 false alarms; 18: 8, with 34 named first.
 pub const LN_SHAPE_TERMS: usize = 9;

@@ -11,6 +11,7 @@ pub mod document;
 pub mod evidence;
 pub mod fit;
 pub mod forward;
+pub mod heads;
 pub mod held_out;
 pub mod known;
 pub mod next;

@@ -157,6 +157,7 @@ pub fn on_axis(model: &Model, reduction: &Reduction) -> Result<Option<Comparison
         travel: 0,
         range: None,
         ambient_c: None,
+        head: 0,
     };
     let assumed = AssumedModel::new(model.clone(), vec![Part::Readings(vec![at])]);
     let simulated_lx = model.predict_reading(&at);

@@ -27,6 +27,7 @@ fn assumed(effects: &str) -> AssumedModel {
         travel: 0,
         range: None,
         ambient_c: None,
+        head: 0,
     };
     let readings = (0..20).map(|k| at(300.0 * f64::from(k))).collect();
     AssumedModel::new(

@@ -36,6 +36,7 @@ fn readings() -> Vec<ReadingCoordinates> {
             travel: 1,
             range: Some(1),
             ambient_c: Some(24.0),
+            head: 0,
         })
         .collect()
 }

@@ -111,7 +111,7 @@ impl<'m> Chain<'m> {
         mounting
     }
 
-    fn detector_factor(&self, axes: &Axes, mounting: &Mounting) -> f64 {
+    fn detector_factor(&self, axes: &Axes, mounting: &Mounting, head: u32) -> f64 {
         if self.detector.is_empty() {
             return 1.0;
         }
@@ -120,6 +120,7 @@ impl<'m> Chain<'m> {
             c_deg: axes.c_deg,
             gamma_deg: axes.gamma_deg,
             cos_incidence,
+            head,
         };
         self.detector
             .iter()
@@ -139,7 +140,7 @@ impl<'m> Chain<'m> {
                 direct_lx += angle * angle * (laplacian(prepared, &mounting) / 8.0 - 0.75 * direct_lx);
             }
         }
-        direct_lx * self.detector_factor(&axes, &mounting)
+        direct_lx * self.detector_factor(&axes, &mounting, at.head)
     }
 
     fn lamp_factor(&self, lamp_age_s: Option<f64>) -> f64 {
@@ -175,6 +176,7 @@ impl Model {
         let chain = Chain::new(self);
         let prepared = PreparedModel::new(self);
         let directions = self.directions();
+        let gain = |head| self.refined().head_gain(head);
         let floor_lx = |at: &ReadingCoordinates| -> f64 {
             if chain.floor.is_empty() {
                 return 0.0;
@@ -218,7 +220,7 @@ impl Model {
                 for ((apply, _), index) in &chain.response {
                     light_lx = apply(chain.values[*index], light_lx, at);
                 }
-                light_lx + chain.zero_lx()
+                (light_lx + chain.zero_lx()) * gain(at.head)
             })
             .collect()
     }
@@ -265,6 +267,7 @@ impl Model {
             }
         }
         let chain = Chain::new(self);
+        let gain = |head| self.refined().head_gain(head);
         // The floor's light is what the model says it is; everything else is turned around.
         let floor_only: Vec<_> = self
             .effects()
@@ -297,13 +300,14 @@ impl Model {
             .zip(reading_lx)
             .zip(floor_lx)
             .map(|((at, reading_lx), floor_lx)| {
-                let mut light_lx = reading_lx - chain.zero_lx();
+                let mut light_lx = reading_lx / gain(at.head) - chain.zero_lx();
                 for ((_, invert), index) in chain.response.iter().rev() {
                     light_lx = invert(chain.values[*index], light_lx, at);
                 }
                 let axes = chain.axes(at);
                 let mounting = chain.mounting(&axes);
-                let direct_lx = (light_lx - chain.ambient_lx() - floor_lx) / chain.detector_factor(&axes, &mounting);
+                let detector = chain.detector_factor(&axes, &mounting, at.head);
+                let direct_lx = (light_lx - chain.ambient_lx() - floor_lx) / detector;
                 let distance_mm = mounting.detector_mm.length();
                 let cos_incidence = mounting.detector_mm.dot(mounting.facing) / distance_mm;
                 let (c_deg, gamma_deg) = angles_deg(mounting.detector_mm);

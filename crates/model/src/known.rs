@@ -166,6 +166,7 @@ mod tests {
             travel: 0,
             range: None,
             ambient_c: None,
+            head: 0,
         }
     }
 

@@ -4,7 +4,6 @@ use glam::{DMat3, DVec2, DVec3};
 use isolux_photometry::angles_deg;
 use isolux_record::observation::{Cell, MapPose, MapSet, MapUnit};
 
-use crate::colour::ColourOverAngle;
 use crate::effects::{Act, LampLaw, PairLaw, Pixel, Placement, Values};
 use crate::model::Model;
 use crate::pose::SensorPose;
@@ -69,7 +68,6 @@ impl Model {
             MapUnit::Lux => 1.0,
             MapUnit::WattPerSquareMetre => ler.map_or(f64::NAN, f64::recip),
         };
-        let coloured = self.colour().filter(|_| maps.unit() == MapUnit::WattPerSquareMetre);
         let full_scale = maps.full_scale().unwrap_or_else(|| match maps.unit() {
             MapUnit::Relative => 1.0,
             MapUnit::Lux | MapUnit::WattPerSquareMetre => {
@@ -113,9 +111,7 @@ impl Model {
                 });
                 let watts = |index: usize| {
                     let place = DVec2::from_array(maps.place_mm(index)).extend(0.0);
-                    coloured.map_or(1.0, |colour| {
-                        self.watts_of(colour, bench.rotation * place + bench.centre_mm)
-                    })
+                    self.signal_of_a_lumen(maps.unit(), bench.rotation * place + bench.centre_mm)
                 };
                 let from_lamp = bench.lamp_lx(cells).into_iter().zip(indices);
                 for (light_lx, (from_lamp_lx, &index)) in lights.iter_mut().zip(from_lamp) {
@@ -145,12 +141,19 @@ impl Model {
         signal
     }
 
-    /// Watts of a lumen of the light towards a place (mm, the luminaire's frame), over those of the spectrum on the
-    /// axis.
-    fn watts_of(&self, colour: &ColourOverAngle, place_mm: DVec3) -> f64 {
+    /// Signal of a lumen of the light towards a place (mm, the luminaire's frame), over that on the axis: its watts, or
+    /// what the sensor makes of its spectrum. A map in lx has none of it.
+    fn signal_of_a_lumen(&self, unit: MapUnit, place_mm: DVec3) -> f64 {
+        if unit == MapUnit::Lux {
+            return 1.0;
+        }
+        let changed = self.watts_of_a_lumen(place_mm.z / place_mm.length());
+        let Some(colour) = self.colour().filter(|_| unit == MapUnit::WattPerSquareMetre) else {
+            return changed;
+        };
         let (c_deg, gamma_deg) = angles_deg(place_mm);
         let axis = self.luminaire().ler_lm_per_w().unwrap_or(f64::NAN);
-        axis * colour.watt_per_lumen(c_deg, gamma_deg)
+        changed * axis * colour.watt_per_lumen(c_deg, gamma_deg)
     }
 
     /// Where each cell truly is in the luminaire's frame (mm), the direction that meets it at right angles, and the
@@ -164,7 +167,6 @@ impl Model {
             MapUnit::Lux => 1.0,
             MapUnit::WattPerSquareMetre => self.ler_lm_per_w().map_or(f64::NAN, f64::recip),
         };
-        let coloured = self.colour().filter(|_| maps.unit() == MapUnit::WattPerSquareMetre);
         let benches: Vec<Bench<'_>> = maps
             .maps()
             .iter()
@@ -176,7 +178,7 @@ impl Model {
             let place = DVec2::from_array(maps.place_mm(index)).extend(0.0);
             (map.lamp && !map.capped).then(|| {
                 let point_mm = bench.rotation * place + bench.centre_mm;
-                let watts = coloured.map_or(1.0, |colour| self.watts_of(colour, point_mm));
+                let watts = self.signal_of_a_lumen(maps.unit(), point_mm);
                 (
                     point_mm,
                     bench.facing,

@@ -385,6 +385,7 @@ impl Model {
                         | Act::Background(_)
                         | Act::Blur(_)
                         | Act::Efficacy(_)
+                        | Act::Colour(_)
                 )
             });
             if lights {
@@ -419,6 +420,15 @@ impl Model {
             _ => factor,
         });
         self.luminaire.ler_lm_per_w().map(|ler| ler * factor)
+    }
+
+    /// Watts of a lumen towards a direction of this cos γ over those on the axis, by the effects: spectra over angle
+    /// come on top.
+    pub fn watts_of_a_lumen(&self, cos_gamma: f64) -> f64 {
+        self.acts().fold(1.0, |factor, (act, values)| match act {
+            Act::Colour(law) => factor * law(values, cos_gamma),
+            _ => factor,
+        })
     }
 
     /// Every act of every effect with its values, in the order of the catalogue within each kind of act.

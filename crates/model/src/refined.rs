@@ -21,6 +21,9 @@ pub struct Refined {
     /// Signal of a relative map for 1 lx at exposure 1.
     #[serde(default = "one")]
     pub map_gain: f64,
+    /// Readings of photometer heads 1, 2, … over those of head 0, that of the model: two calibrations differ.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub head_gains: Vec<f64>,
     /// Coefficient of tan²γ.
     #[serde(default)]
     pub tan2: f64,
@@ -64,6 +67,7 @@ impl Default for Refined {
             gamma_max_deg: right_angle(),
             c_harmonics: Vec::new(),
             map_gain: one(),
+            head_gains: Vec::new(),
             tan2: 0.0,
             tan4: 0.0,
             tan_gamma_max_deg: sixty(),
@@ -90,6 +94,15 @@ impl Refined {
             factor *= 1.0 + square * (self.tan2 + self.tan4 * square);
         }
         factor
+    }
+
+    /// What a photometer head reads over what head 0 reads; 1 where nothing is known of it.
+    pub fn head_gain(&self, head: u32) -> f64 {
+        let place = (head as usize).checked_sub(1);
+        place
+            .and_then(|place| self.head_gains.get(place))
+            .copied()
+            .unwrap_or(1.0)
     }
 
     /// Whether the factor is 1 everywhere.
@@ -125,6 +138,7 @@ impl Refined {
                 .iter()
                 .all(|h| h.m <= 1000 && h.amplitude_rel.abs() <= 1e6)
             && [self.map_gain, self.tan2, self.tan4].iter().all(|v| v.abs() <= 1e12)
+            && self.head_gains.iter().all(|gain| (1e-6..=1e6).contains(gain))
             && angle(self.gamma_max_deg)
             && self.tan_gamma_max_deg > 0.0
             && self.tan_gamma_max_deg < 90.0

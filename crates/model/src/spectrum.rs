@@ -82,6 +82,7 @@ impl Model {
                 travel: 0,
                 range: None,
                 ambient_c: None,
+                head: 0,
             };
             let efficacy = self.acts().fold(1.0, |factor, (act, values)| match act {
                 Act::Efficacy(law) => factor * law(values),

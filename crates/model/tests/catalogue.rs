@@ -38,6 +38,7 @@ polarization | bench | amplitude_rel, azimuth_deg
 detector_aperture | bench | diameter_mm
 cosine_f2 | bench | coefficient_rel
 spectral_mismatch | bench | factor, slope_per_deg
+colour_over_angle | luminaire | sensor_rel, head_rel
 ler_scale | luminaire | factor
 air_absorption | path | coefficient_per_m
 spectro_shift | bench | shift_nm
@@ -227,6 +228,7 @@ fn readings() -> Vec<ReadingCoordinates> {
                 travel: [1, -1, 0][j % 3],
                 range: Some((j % 3) as i32),
                 ambient_c: Some(22.0 + j as f64),
+                head: (j % 2) as u32,
             });
         }
     }

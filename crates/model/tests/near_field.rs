@@ -29,6 +29,7 @@ fn readings(model: &Model) -> Vec<f64> {
         travel: 0,
         range: None,
         ambient_c: None,
+        head: 0,
     };
     let places = [150.0, 300.0, 600.0]
         .into_iter()

@@ -52,6 +52,7 @@ impl Bench {
                 travel: reading.travel,
                 range: Some(reading.range),
                 ambient_c: reading.ambient_c,
+                head: 0,
             })
             .collect();
         let corrected = self.model.correct_readings(&at, illuminance_lx)?;

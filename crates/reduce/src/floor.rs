@@ -47,6 +47,7 @@ impl Floor {
                 travel: 0,
                 range: None,
                 ambient_c: None,
+                head: 0,
             })
             .collect();
         let of_albedo = |albedo| Effect::of_floor(albedo, height_mm);

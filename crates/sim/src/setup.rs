@@ -382,16 +382,23 @@ fn pixel_factor(scene: &Scene, sensor: &Sensor) -> Option<Vec<f64>> {
     if scene.model.effects().is_empty() {
         return None;
     }
+    let in_watts = scene.model.ler_lm_per_w().is_some();
     let [width, height] = scene.sensor.size_mm;
     let (pitch_x, pitch_y) = (width / sensor.nx as f64, height / sensor.ny as f64);
     let at = |x: f64, y: f64| {
         let place = sensor.point(x, y);
-        scene.model.pixel_factor(&Pixel {
-            x_mm: x * pitch_x - 0.5 * width,
-            y_mm: y * pitch_y - 0.5 * height,
-            half_width_mm: 0.5 * width,
-            cos_incidence: place.dot(sensor.toward) / place.length(),
-        })
+        let watts = if in_watts {
+            scene.model.watts_of_a_lumen(place.z / place.length())
+        } else {
+            1.0
+        };
+        watts
+            * scene.model.pixel_factor(&Pixel {
+                x_mm: x * pitch_x - 0.5 * width,
+                y_mm: y * pitch_y - 0.5 * height,
+                half_width_mm: 0.5 * width,
+                cos_incidence: place.dot(sensor.toward) / place.length(),
+            })
     };
     let (nx, ny) = (sensor.nx as f64, sensor.ny as f64);
     if [

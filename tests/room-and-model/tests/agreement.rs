@@ -110,6 +110,7 @@ fn coordinates(o: &Observation) -> ReadingCoordinates {
         travel: o.travel as i8,
         range: Some(i32::from(o.range)),
         ambient_c: Some(o.ambient_c),
+        head: 0,
     }
 }
 

@@ -53,6 +53,7 @@ fn reading(c_deg: f64, gamma_deg: f64) -> ReadingCoordinates {
         travel: 1,
         range: None,
         ambient_c: None,
+        head: 0,
     }
 }
 

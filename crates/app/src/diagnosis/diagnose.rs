@@ -5,8 +5,8 @@ use isolux_diagnose::diagnosis::{self, DiagnoseError, Diagnosis};
 pub use isolux_diagnose::document::Independence;
 pub use isolux_diagnose::document::Verdict;
 use isolux_diagnose::overlap::{self, Given};
-use isolux_diagnose::own_readings;
 use isolux_diagnose::search::Settings;
+use isolux_diagnose::{heads, own_readings};
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
 pub use isolux_report::answer::{DiagnosisResult, brief, words};
@@ -149,6 +149,7 @@ fn observed(request: &DiagnoseRequest, model: &Model) -> Result<Observed, Failur
     for given in &mut given {
         notes.extend(own_readings::leave_out(model, given));
     }
+    notes.extend(heads::number(model, &mut given));
     if let Some(held) = given.last().filter(|_| request.held_out.is_some())
         && matches!(&held.set, Observations::Readings(readings) if readings.rows().is_empty())
     {

@@ -89,6 +89,22 @@ pub fn direction_errors(model: &Model, part: &Part) -> Vec<DirectionError> {
     }
 }
 
+/// The photometer heads of the readings but that of the model, in ascending order.
+pub(super) fn heads(parts: &[Part]) -> Vec<u32> {
+    let mut heads: Vec<u32> = parts
+        .iter()
+        .flat_map(|part| match part {
+            Part::Readings(readings) => readings.as_slice(),
+            _ => &[],
+        })
+        .map(|at| at.head)
+        .filter(|head| *head > 0)
+        .collect();
+    heads.sort_unstable();
+    heads.dedup();
+    heads
+}
+
 /// Whether the level of these spectra is known: that of others is refitted.
 pub(super) fn level_is_known(spectra: &SpectraSet) -> bool {
     spectra.shared.gain_rel.is_some() && spectra.is_irradiance()
@@ -190,6 +206,7 @@ mod tests {
             travel: 0,
             range: None,
             ambient_c: None,
+            head: 0,
         };
         // Four angles, both signs, read back with an encoder's dust; darks hold no shape.
         let mut readings: Vec<ReadingCoordinates> = (-3..=3)

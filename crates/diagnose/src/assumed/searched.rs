@@ -2,7 +2,7 @@
 
 use isolux_model::{Effect, EffectSpec, Emitter, ParameterSpec, Role, Sampling, ShapeTrust, Stage, catalogue};
 
-use super::rows::row_ranges;
+use super::rows::{heads, row_ranges};
 use super::{AssumedModel, Part, Recipe};
 use crate::calibration::{MOST_FREQUENCIES, SMALL_STEP};
 use crate::forward::{Searchable, Spread};
@@ -67,7 +67,11 @@ impl AssumedModel {
             return None;
         }
         let (known, changed) = self.known_already(spec)?;
-        let active = |k: usize| stages.iter().any(|stage| spec.key_acts_on(k, *stage));
+        let other_heads = !heads(&self.parts).is_empty();
+        let active = |k: usize| {
+            let acts = stages.iter().any(|stage| spec.key_acts_on(k, *stage));
+            acts && (other_heads || !spec.parameters[k].of_other_heads)
+        };
         let keys = 0..spec.parameters.len();
         let amplitudes: Vec<usize> = keys
             .clone()

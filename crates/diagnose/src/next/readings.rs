@@ -115,6 +115,7 @@ impl<'a> Bench<'a> {
             travel: 0,
             range: self.look(0.0, self.distance_mm).1,
             ambient_c: self.ambient_c,
+            head: 0,
         }
     }
 

@@ -60,6 +60,8 @@ pub struct DetectorView {
     pub gamma_deg: f64,
     /// Cosine of the angle of incidence.
     pub cos_incidence: f64,
+    /// Which photometer head, 0 being that of the model.
+    pub head: u32,
 }
 
 /// The pose of a sensor and the tilt of the source before it.
@@ -161,6 +163,8 @@ pub enum Act {
     Blur(fn(&Values) -> f64),
     /// Luminous efficacy is another: a factor.
     Efficacy(fn(&Values) -> f64),
+    /// A lumen has other watts, and another signal of a sensor, in some directions: a factor at cos γ.
+    Colour(fn(&Values, f64) -> f64),
 
     /// The spectrometer shows another value.
     Spectrum(fn(&Values, &Instrument<'_>) -> f64),

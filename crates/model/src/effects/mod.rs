@@ -17,6 +17,7 @@ mod axis_nonperp;
 mod backlash;
 mod beam_width;
 mod c_zero;
+mod colour_over_angle;
 mod cosine_f2;
 mod cover_glass;
 mod crosstalk;
@@ -96,6 +97,7 @@ static CATALOGUE: &[&EffectSpec] = &[
     &detector_aperture::SPEC,
     &cosine_f2::SPEC,
     &spectral_mismatch::SPEC,
+    &colour_over_angle::SPEC,
     &ler_scale::SPEC,
     &air_absorption::SPEC,
     &spectro_shift::SPEC,

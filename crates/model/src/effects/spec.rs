@@ -105,6 +105,8 @@ pub struct ParameterSpec {
     pub role: Role,
     /// The one kind of observation on which it acts; none: every kind on which its effect acts.
     pub only_on: Option<Stage>,
+    /// Whether it acts on readings of other heads than that of the model alone.
+    pub of_other_heads: bool,
     /// Whether a model file must give it.
     pub required: bool,
     /// Whether zero and less is impossible: the formula divides by it, or it is a factor.
@@ -129,6 +131,14 @@ impl ParameterSpec {
     pub(super) const fn only_on(self, stage: Stage) -> Self {
         let only_on = Some(stage);
         Self { only_on, ..self }
+    }
+
+    pub(super) const fn of_other_heads(self) -> Self {
+        let of_other_heads = true;
+        Self {
+            of_other_heads,
+            ..self.only_on(Stage::Readings)
+        }
     }
 
     pub(super) const fn alternative(self) -> Self {
@@ -292,6 +302,7 @@ pub(super) const fn amplitude(
         step,
         role: Role::Amplitude,
         only_on: None,
+        of_other_heads: false,
         required: false,
         above_zero: false,
         share: false,

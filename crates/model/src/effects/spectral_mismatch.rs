@@ -17,6 +17,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
         amplitude("slope_per_deg", "1/°", (-5e-4, 5e-4), 1e-4),
     ],
     shows_in: "gamma_deg",
+    look_alikes: &[("colour_over_angle", "spectra_over_angle")],
     acts: &[Act::Detector(response)],
     ..EffectSpec::NEUTRAL
 };

@@ -32,6 +32,8 @@ pub struct ReadingCoordinates {
     pub range: Option<i32>,
     /// Temperature of the room in °C, where it is known.
     pub ambient_c: Option<f64>,
+    /// Which photometer head: 0 is the one with which the model was measured, or the only one.
+    pub head: u32,
 }
 
 impl ReadingCoordinates {
@@ -68,11 +70,14 @@ pub struct Readings {
     header: Vec<String>,
     text: Vec<Vec<String>>,
     rows: Vec<ReadingRow>,
+    luxmeter: Option<String>,
     notices: Vec<String>,
 }
 
 /// The columns that say where and when: the first of those of a run.
 const COORDINATES: usize = 10;
+/// The highest number of a photometer head.
+const MOST_HEADS: i64 = 15;
 
 impl Readings {
     /// Readings that are in no file.
@@ -82,6 +87,7 @@ impl Readings {
             header: Vec::new(),
             text: vec![Vec::new(); rows.len()],
             rows,
+            luxmeter: None,
             notices: Vec::new(),
         }
     }
@@ -109,6 +115,7 @@ impl Readings {
             for (row, of_run) in readings.rows.iter_mut().zip(&run.readings.rows) {
                 (row.at.time_s, row.at.lamp_s) = (of_run.time_s, of_run.lamp_s);
             }
+            readings.luxmeter = run.header.luxmeter();
             readings.notices = run.notices;
             return Ok(readings);
         }
@@ -168,6 +175,7 @@ impl Readings {
             header,
             text,
             rows,
+            luxmeter: None,
             notices: Vec::new(),
         })
     }
@@ -192,6 +200,16 @@ impl Readings {
         &self.rows
     }
 
+    /// Model and serial number of the lux meter, where the record of a run has them.
+    pub fn luxmeter(&self) -> Option<&str> {
+        self.luxmeter.as_deref()
+    }
+
+    /// Says which photometer head took them all.
+    pub fn set_head(&mut self, head: u32) {
+        self.rows.iter_mut().for_each(|row| row.at.head = head);
+    }
+
     /// The readings but for these rows, counted from 0 and rising.
     #[must_use]
     pub fn without_rows(&self, left_out: &[usize]) -> Self {
@@ -206,6 +224,7 @@ impl Readings {
             header: self.header.clone(),
             text: rest(&self.text, left_out),
             rows: rest(&self.rows, left_out),
+            luxmeter: self.luxmeter.clone(),
             notices: self.notices.clone(),
         }
     }
@@ -239,6 +258,8 @@ fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationE
     let gamma_deg = fields.within("gamma_deg", -181.0, 181.0, "between -181 and 181")?;
     let travel = fields.whole("travel")?.unwrap_or(0);
     fields.require((-1..=1).contains(&travel), "travel", travel as f64, "-1, 0 or 1")?;
+    let head = fields.whole("head")?.unwrap_or(0);
+    fields.require((0..=MOST_HEADS).contains(&head), "head", head as f64, "0 to 15")?;
     let (illuminance_lx, u_lx) = match (need, quality) {
         (Need::Values, Quality::Ok) => (Some(fields.number("illuminance_lx")?), Some(fields.positive("u_lx")?)),
         (Need::Values | Need::Coordinates, _) => (None, None),
@@ -257,6 +278,7 @@ fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationE
             travel: travel as i8,
             range: fields.whole("range")?.map(|range| range as i32),
             ambient_c: fields.optional("ambient_c")?,
+            head: head as u32,
         },
         illuminance_lx,
         u_lx,

@@ -201,6 +201,12 @@ impl RunHeader {
         began.checked_add(after).unwrap_or(began).to_string()
     }
 
+    /// Model and serial number of the lux meter, where it has one: another meter has others.
+    pub fn luxmeter(&self) -> Option<String> {
+        let device = self.device.iter().find(|device| device.role == "luxmeter")?;
+        Some(format!("{} {}", device.model, device.serial.as_ref()?))
+    }
+
     /// A row of the run as the event that it was.
     pub fn logged(&self, row: &Reading) -> Logged {
         Logged {

@@ -56,6 +56,9 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
             text.push_str(&format!("readings_sha256 = \"{hash}\"\n"));
         }
     }
+    if let Some(luxmeter) = run.header.luxmeter() {
+        text.push_str(&format!("luxmeter = {}\n", toml::Value::from(luxmeter)));
+    }
     // First and last of each run of numbers.
     let runs = reduction.made_of.chunk_by(|a, b| a + 1 == *b);
     let runs: Vec<String> = runs
