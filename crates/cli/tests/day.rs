@@ -315,13 +315,25 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     let scene = folder.read("bench/scene.toml");
     let requested = scene.replace("distance_mm = 500.0", "distance_mm = 1000.0");
     assert_ne!(scene, requested);
+    let text = folder.read("bench/job.toml");
+    folder.write("bench/job.toml", &text.replace("# sample = \"\"", "sample = \"S1\""));
     folder.write("bench/scene.toml", &requested);
     folder.isolux(&["run", "bench/job.toml", "--out", "day"], 0);
     let result = folder.read("day/results/result.json");
 
+    // The day is in the diary of its bench, once.
+    let diary = folder.read("bench/history.jsonl");
+    for of_lamp in ["luminous flux", "CCT", "reference reading"] {
+        let quantity = format!("Spot 12 S1: {of_lamp}\"");
+        assert_eq!(diary.matches(&quantity).count(), 1, "{diary}");
+    }
+    let page = folder.read("day/results/report.html");
+    assert!(page.contains("no calibration and no check was in it"));
+
     // The day knows its job, whatever becomes of the files that it came from.
     folder.write("bench/scene.toml", &scene);
     folder.isolux(&["run", "--resume", "day"], 0);
+    assert_eq!(folder.read("bench/history.jsonl"), diary);
     assert_eq!(folder.read("day/results/result.json"), result);
     folder.isolux(&["report", "day", "--out", "a.html"], 0);
     let page = folder.read("a.html");

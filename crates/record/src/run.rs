@@ -12,7 +12,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 
 pub use error::{RunError, vacant};
 pub use format::{FORMAT, FORMAT_3};
-pub use header::{DeviceRecord, Resumed, RunHeader, SpectrumEntry, Stopped, Written};
+pub use header::{BenchCheck, DeviceRecord, Resumed, RunHeader, SpectrumEntry, Stopped, Written};
 
 use crate::disk::{self, Appended, failed, sha256};
 pub use crate::event::StopHow;

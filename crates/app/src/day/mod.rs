@@ -4,6 +4,7 @@
 //! what follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
 
 mod before;
+mod diary;
 mod kept;
 pub(crate) mod light;
 pub(crate) mod report;
@@ -225,6 +226,9 @@ fn finish(
     let request =
         wanted.unwrap_or_else(|| requested::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
     let day_results = reported(day_results, &request, overwrite, progress)?;
+    if let Some(job) = job {
+        diary::add(job, folder, &day_results, progress)?;
+    }
     Ok(Day {
         sentences: day_results.sentences(),
         folder: folder.to_owned(),

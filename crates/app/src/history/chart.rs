@@ -32,7 +32,8 @@ pub struct Chart {
 pub struct Limits {
     /// Of the first five values.
     pub mean: f64,
-    /// From their moving ranges, which a slow drift does not widen; not below the rounding of the value.
+    /// From their moving ranges, which a slow drift does not widen; not below a tenth of the standard uncertainty of a
+    /// value: five equal readings are no proof of a process without scatter.
     pub s: f64,
 }
 
@@ -81,9 +82,10 @@ fn limits(points: &[Entry]) -> Option<Limits> {
     let mean = base.iter().map(|entry| entry.value).sum::<f64>() / LEAST as f64;
     let ranges: f64 = base.windows(2).map(|pair| (pair[1].value - pair[0].value).abs()).sum();
     let s = ranges / (LEAST - 1) as f64 / RANGE_OVER_S;
+    let u = base.iter().map(|entry| entry.u).sum::<f64>() / LEAST as f64;
     Some(Limits {
         mean,
-        s: s.max(1e-9 * mean.abs()),
+        s: s.max(0.1 * u).max(1e-9 * mean.abs()).max(f64::MIN_POSITIVE),
     })
 }
 
@@ -100,11 +102,20 @@ fn judged(quantity: &str, points: &[Entry], limits: Limits) -> (bool, String) {
     // The values at the end that lie where the last one does.
     let back =
         |holds: &dyn Fn(f64) -> bool| points.len() - points.iter().rev().take_while(|one| holds(sigmas(one))).count();
-    let change = 100.0 * last * limits.s / limits.mean;
+    let change = last * limits.s;
+    // A zero has no per cent.
+    let change = if limits.mean.abs() > 10.0 * limits.s {
+        format!("{:+.2} %", 100.0 * change / limits.mean)
+    } else {
+        format!(
+            "{change:+.2e} {}",
+            points.first().map_or("", |entry| entry.unit.as_str())
+        )
+    };
     if last.abs() > 3.0 {
         let from = back(&|one| one.signum() == last.signum() && one.abs() > 3.0);
         let words = format!(
-            "{quantity}: out of the limits of action since {}: {change:+.2} %, {last:+.1} standard deviations",
+            "{quantity}: out of the limits of action since {}: {change}, {last:+.1} standard deviations",
             since(from)
         );
         return (true, words);
@@ -112,7 +123,7 @@ fn judged(quantity: &str, points: &[Entry], limits: Limits) -> (bool, String) {
     let from = back(&|one| one.signum() == last.signum());
     if points.len() - from >= ROW {
         let words = format!(
-            "{quantity}: on one side of the mean since {}, {} times: {change:+.2} %",
+            "{quantity}: on one side of the mean since {}, {} times: {change}",
             since(from),
             points.len() - from
         );
@@ -121,12 +132,12 @@ fn judged(quantity: &str, points: &[Entry], limits: Limits) -> (bool, String) {
     if last.abs() > 2.0 {
         return (
             false,
-            format!("{quantity}: warning, {change:+.2} %, {last:+.1} standard deviations; calibrate again"),
+            format!("{quantity}: warning, {change}, {last:+.1} standard deviations; calibrate again"),
         );
     }
     (
         false,
-        format!("{quantity}: in control, {change:+.2} %, {last:+.1} standard deviations"),
+        format!("{quantity}: in control, {change}, {last:+.1} standard deviations"),
     )
 }
 

@@ -6,6 +6,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_record::run::BenchCheck;
 use isolux_report::plots::{ControlChart, ControlPoint, control_chart};
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,12 @@ pub struct Entry {
 pub enum Kind {
     /// A calibration with a standard lamp.
     Calibration,
+    /// A lamp with a sample number, measured on a day.
+    LampCheck,
+    /// The mean reading at the reference point on a day.
+    Reference,
+    /// The mean reading of the capped lux meter on a day.
+    Dark,
 }
 
 /// Where the diary of the bench of `station` lies.
@@ -120,7 +127,7 @@ pub fn charts(
     let entries = read(station)?;
     if entries.is_empty() {
         return Err(Failure::bad_input(format!("{} is not there or empty", file(station)))
-            .help("`isolux calibrate` writes it beside the station"));
+            .help("`isolux calibrate` and `isolux run` write it beside the station"));
     }
     let charts = chart::of(&entries);
     let mut written = Vec::new();
@@ -135,6 +142,31 @@ pub fn charts(
         }
     }
     Ok((charts, written))
+}
+
+/// What the diary of the bench of `station` says of each quantity, as a run keeps it.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn checks(station: &Utf8Path) -> Result<Vec<BenchCheck>, Failure> {
+    let check = |chart: Chart| {
+        let last = chart.points.last()?;
+        Some(BenchCheck {
+            quantity: chart.quantity.clone(),
+            time_utc: last.time_utc.clone(),
+            in_control: chart.limits.map(|_| !chart.out_of_control),
+            sentence: chart.sentence.clone(),
+        })
+    };
+    Ok(judged(station)?.into_iter().filter_map(check).collect())
+}
+
+/// The chart of each quantity in the diary of the bench of `station`.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn judged(station: &Utf8Path) -> Result<Vec<Chart>, Failure> {
+    Ok(chart::of(&read(station)?))
 }
 
 fn picture(chart: &Chart) -> String {

@@ -4,16 +4,16 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_device::{Axis, AxisScale, AxisSettings, Coordinate, Identity, OpenError, Sense};
 use isolux_record::disk::sha256;
 use isolux_record::document::{self, Fault};
-use isolux_record::run::RunHeader;
+use isolux_record::run::{BenchCheck, RunHeader};
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
 use isolux_record::station::{self, Access};
 use isolux_record::{Plan, Station};
 use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
 use isolux_units::Millimetre;
 
-use crate::Failure;
 use crate::instruments::catalogue::{Catalogue, open_failure};
 use crate::instruments::roles;
+use crate::{Failure, history};
 
 /// Name and version of this program, as records carry it.
 pub const PROGRAM: &str = concat!("isolux ", env!("CARGO_PKG_VERSION"));
@@ -27,6 +27,8 @@ pub struct StationFiles {
     pub station: Station,
     /// Name and text of the spectroradiometer's calibration.
     pub calibration: Option<(Utf8PathBuf, String)>,
+    /// What the diary of the bench says of it.
+    pub checks: Vec<BenchCheck>,
 }
 
 impl StationFiles {
@@ -58,6 +60,7 @@ impl StationFiles {
             file: file.to_owned(),
             station,
             calibration,
+            checks: history::checks(file)?,
         })
     }
 
@@ -76,6 +79,7 @@ impl StationFiles {
             file: file.to_owned(),
             station,
             calibration,
+            checks: Vec::new(),
         })
     }
 
@@ -182,14 +186,18 @@ impl StationFiles {
 
     /// run.toml of a run that begins at `started_utc`.
     pub fn header(&self, devices: &Devices, plan: &Plan, started_utc: String) -> RunHeader {
-        RunHeader::new(
+        let header = RunHeader::new(
             PROGRAM.to_owned(),
             started_utc,
             devices.records(&self.station),
             devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
             self.station.clone(),
             plan.clone(),
-        )
+        );
+        RunHeader {
+            bench_check: self.checks.clone(),
+            ..header
+        }
     }
 }
 

@@ -7,10 +7,10 @@ use isolux_app::{Failure, history};
 
 use crate::screen;
 
-/// Control charts of what calibrations of a bench found: what has drifted, and since when.
+/// Control charts of what calibrations and days found at a bench: what has drifted, and since when.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux history station.toml --out charts\n\
-`isolux calibrate` adds lines to history.jsonl beside the station. Limits (mean ± 2 s warning, ± 3 s action) come \
+`isolux calibrate` and `isolux run` add lines to history.jsonl beside the station. Limits (mean ± 2 s warning, ± 3 s action) come \
 from the first five values. Exit 1: a value is beyond the limits of action, or eight in a row lie on one side of the \
 mean.")]
 pub struct History {

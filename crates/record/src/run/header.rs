@@ -61,10 +61,28 @@ pub struct RunHeader {
     /// For whom.
     #[serde(default, skip_serializing_if = "Commission::is_empty")]
     pub report: Commission,
+    /// What the history of the bench said of it when the run began.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bench_check: Vec<BenchCheck>,
     /// The station as it was.
     pub station: Station,
     /// The plan as it was.
     pub plan: Plan,
+}
+
+/// The last calibration, or the last check of a reference lamp or reading, of one quantity.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BenchCheck {
+    /// What was followed.
+    pub quantity: String,
+    /// UTC of its last value, RFC 3339.
+    pub time_utc: String,
+    /// Whether it is within its limits; none: there are too few values for limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_control: Option<bool>,
+    /// The same in words.
+    pub sentence: String,
 }
 
 /// Rows that readings.csv holds at least, and the `chain` of two of them: rows that are lost or of another run are
@@ -237,6 +255,7 @@ impl RunHeader {
             sweep: Vec::new(),
             device,
             spectral,
+            bench_check: Vec::new(),
             luminaire: Luminaire::default(),
             report: Commission::default(),
             station,

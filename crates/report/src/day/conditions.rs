@@ -51,6 +51,7 @@ pub fn section(day_results: &DayResults) -> Section {
     }
     section.subheading("Instruments");
     instruments(&mut section, day_results);
+    checks(&mut section, day_results);
     section
 }
 
@@ -287,6 +288,24 @@ fn instruments(section: &mut Section, day_results: &DayResults) {
             spectral.sha256.get(..8).unwrap_or_default()
         ));
     }
+}
+
+/// What the history of the bench said when the run began.
+fn checks(section: &mut Section, day_results: &DayResults) {
+    let checks = &day_results.run.header.bench_check;
+    if checks.is_empty() {
+        section.paragraph("History of the bench: no calibration and no check was in it when the run began.");
+        return;
+    }
+    section.subheading("History of the bench before this run");
+    let rows = checks.iter().map(|check| {
+        let day = check.time_utc.get(..10).unwrap_or(&check.time_utc);
+        let words = check.sentence.strip_prefix(&format!("{}: ", check.quantity));
+        [&check.quantity, day, words.unwrap_or(&check.sentence)]
+            .map(str::to_owned)
+            .to_vec()
+    });
+    section.table(&["quantity", "last on", "control chart"], rows.collect());
 }
 
 /// Illuminance during the last warm-up; none where the run began with a warm lamp.
