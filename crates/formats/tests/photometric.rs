@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use isolux_formats::{Content, Distribution, Parsed, eulumdat, ies, read_any, tm33};
+use isolux_spectrum::Spectrum;
 use proptest::prelude::*;
 
 fn tests() -> PathBuf {
@@ -287,5 +288,53 @@ fn radiant_intensity_is_not_taken_for_light_in_silence() {
             written.findings.iter().all(|finding| finding.code != "tm33-metric"),
             "{keyword}"
         );
+    }
+}
+
+/// A lamp with spectra in two directions, as TM-33-23.
+fn with_spectra() -> Vec<u8> {
+    let bytes = std::fs::read(tests().join("good/isym1.ldt")).unwrap();
+    let read = distribution(read_any(&bytes, "a.ldt")).unwrap();
+    let spectrum = |nm: f64| Spectrum::new(vec![nm, nm + 1.0], vec![1e-3, 2e-3]).unwrap();
+    let (total, axis, aside) = (spectrum(500.0), spectrum(550.0), spectrum(600.0));
+    let spectra = tm33::Spectra {
+        total: &total,
+        directions: &[((0.0, 0.0), &axis), ((90.0, 40.0), &aside)],
+    };
+    tm33::write_2023(&read, Some(&spectra)).bytes
+}
+
+#[test]
+fn spectra_over_angle_stand_beside_the_light_and_do_not_become_candela() {
+    let text = String::from_utf8(with_spectra()).unwrap();
+    let directions = text.split_once("<AngularSpectral>").unwrap().1;
+    assert!(directions.contains("<NumberMeasured>2</NumberMeasured>"));
+    assert!(
+        directions.contains("<IntData h=\"90\" v=\"40\" w=\"601\">2.000000e-3</IntData>"),
+        "{directions}"
+    );
+    assert!(text.contains("<PwrData w=\"500\">1.000000e-3</PwrData>"));
+    let bytes = std::fs::read(tests().join("good/isym1.ldt")).unwrap();
+    let original = distribution(read_any(&bytes, "a.ldt")).unwrap();
+    let back = distribution(read_any(text.as_bytes(), "a.xml")).unwrap();
+    same_light(&original, &back, "with spectra");
+    // Without luminous data there is no light to read: watts are no candela.
+    let (before, rest) = text.split_once("    <LuminousData>").unwrap();
+    let (_, after) = rest.split_once("</LuminousData>\n").unwrap();
+    for part in ["AngularSpectral", "RadiantIntensity"] {
+        let holder = if part == "RadiantIntensity" {
+            "RadiantData"
+        } else {
+            "SpectralData"
+        };
+        let other = format!("{before}{after}")
+            .replace("AngularSpectral", part)
+            .replace("SpectralData", holder);
+        let parsed = read_any(other.as_bytes(), "a.xml");
+        let refused = parsed[0]
+            .findings
+            .iter()
+            .any(|finding| finding.code == "tm33-no-intensity");
+        assert!(refused && parsed[0].document.is_none(), "{part}");
     }
 }

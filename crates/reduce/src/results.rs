@@ -22,7 +22,7 @@ use crate::error::ReduceError;
 pub use file::file_name;
 use file::hashes;
 use model_file::model_toml;
-use photometric::{header, ies, ldt, observed_spectrum, spectral_files, xml};
+use photometric::{header, ies, ldt, observed_spectrum, spectral_files, xml, xml_with_spectra};
 
 /// Every file of a reduction. `run_files` are the names and bytes of the run's own files, for their hashes.
 ///
@@ -59,6 +59,10 @@ pub fn files(
         name: named("luminaire.xml"),
         bytes: xml(&shown, state, reduction, run),
     });
+    files.extend(xml_with_spectra(&shown, state, reduction, run).map(|bytes| ResultFile {
+        name: named("luminaire.tm33-23.xml"),
+        bytes,
+    }));
     files.push(ResultFile {
         name: named("luminaire.directions.csv"),
         bytes: directions::directions(reduction).into_bytes(),

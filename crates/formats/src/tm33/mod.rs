@@ -1,13 +1,15 @@
 //! TM-33-18 (ATLA S001, UNI 11733) and TM-33-23.
 //!
-//! Read after the published schema of ATLA S001 and after samples of TM-33-23 (root `IESTM33-22`); the standards
-//! themselves are not free, so writing TM-33-23 is marked experimental.
+//! After the published schema of ATLA S001 and that of the annex of TM-33-23 (root `IESTM33-22`); samples of TM-33-23 by
+//! others that name their elements otherwise are read too.
 
 mod read;
+mod schema_2023;
 mod table;
 mod write;
 
 pub use read::{looks_like, read};
+pub use schema_2023::{Spectra, write_2023};
 pub use write::{Edition, write};
 
 use crate::file_format::{self, FileFormat};

@@ -155,7 +155,10 @@ fn luminaire(root: &Element, emitters: &[&Element]) -> Luminaire {
             .unwrap_or_default()
             .to_owned()
     }
+    // As the editions of 2018 and of 2023 have it.
+    let first = |one: String, other: String| if one.is_empty() { other } else { one };
     let (header, emitter) = (root.child("Header"), emitters.first().copied());
+    let rendering = emitter.and_then(|emitter| emitter.child("ColorRendering"));
     Luminaire {
         manufacturer: stated(header, &["Manufacturer"]),
         name: stated(header, &["Description"]),
@@ -165,8 +168,17 @@ fn luminaire(root: &Element, emitters: &[&Element]) -> Luminaire {
         laboratory: stated(header, &["Laboratory"]),
         lamp: stated(emitter, &["Description"]),
         lamp_count: number::read(&stated(emitter, &["Quantity"])).ok().map(|n| n.value),
-        colour: stated(emitter, &["CCT"]),
-        rendering: stated(emitter.and_then(|emitter| emitter.child("ColorRendering")), &["Ra"]),
+        colour: first(
+            stated(emitter, &["CCT"]),
+            stated(
+                emitter.and_then(|emitter| emitter.child("ColorTemperature")),
+                &["FixedCCT"],
+            ),
+        ),
+        rendering: first(
+            stated(rendering, &["Ra"]),
+            stated(rendering.and_then(|rendering| rendering.child("CIE_CRI")), &["Ra"]),
+        ),
         watts: sum(emitters, &["InputWattage", "InputWatts"]),
         ..sizes(root)
     }

@@ -21,6 +21,19 @@ pub(super) struct Table {
     pub symmetry: Option<(String, usize)>,
 }
 
+/// Parts of an emitter whose points are no luminous intensities.
+const NOT_LUMINOUS: [&str; 9] = [
+    "CustomData",
+    "RadiantData",
+    "PhotonData",
+    "SpectralData",
+    "AngularColor",
+    "IllumData",
+    "IrradData",
+    "PFDData",
+    "SpecIrradData",
+];
+
 /// The element that holds the points, wherever the edition puts it.
 fn holder(element: &Element) -> Option<&Element> {
     if element.children.iter().any(is_point) {
@@ -29,7 +42,7 @@ fn holder(element: &Element) -> Option<&Element> {
     element
         .children
         .iter()
-        .filter(|child| child.name != "CustomData")
+        .filter(|child| !NOT_LUMINOUS.contains(&child.name.as_str()))
         .find_map(holder)
 }
 
@@ -96,7 +109,10 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
         absolute,
         flagged: flag.is_some(),
         line: holder.line,
-        symmetry: holder.child("SymmType").map(|child| (child.text.clone(), child.line)),
+        symmetry: holder
+            .child("SymmType")
+            .or_else(|| holder.child("Symm"))
+            .map(|child| (child.text.clone(), child.line)),
     }))
 }
 

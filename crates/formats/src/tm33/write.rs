@@ -3,6 +3,7 @@
 use isolux_photometry::Symmetry;
 use serde_json::Value;
 
+use super::schema_2023::write_2023;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
 use crate::ies;
@@ -18,7 +19,7 @@ use crate::xml::escaped;
 pub enum Edition {
     /// TM-33-18, root `LuminaireOpticalData`.
     E2018,
-    /// TM-33-23, root `IESTM33-22`; experimental.
+    /// TM-33-23, root `IESTM33-22`.
     E2023,
 }
 
@@ -45,27 +46,19 @@ pub(crate) fn encode(distribution: &Distribution, options: &WriteOptions) -> Res
 /// can say it.
 pub fn write(distribution: &Distribution, edition: Edition) -> Written {
     let mut findings = Findings::new();
+    if edition == Edition::E2023 {
+        return write_2023(distribution, None);
+    }
     // The schema of ATLA S001 puts the root alone into its namespace; a blank one on the children takes them out again.
-    let (opening, root, child) = match edition {
-        Edition::E2018 => (
-            "<LuminaireOpticalData version=\"1.0\" xmlns=\"http://www.ies.org/tm-33\">",
-            "LuminaireOpticalData",
-            " xmlns=\"\"",
-        ),
-        Edition::E2023 => {
-            let message = "TM-33-23 is written after samples, not after the standard: experimental";
-            findings.push(Finding::warning("tm33-experimental", message).fix("write --edition 2018 for exchange"));
-            ("<IESTM33-22>\n  <Version>1.1</Version>", "IESTM33-22", "")
-        }
-    };
+    let child = " xmlns=\"\"";
     let mut lines = vec![
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>".to_owned(),
-        opening.to_owned(),
+        "<LuminaireOpticalData version=\"1.0\" xmlns=\"http://www.ies.org/tm-33\">".to_owned(),
     ];
     lines.extend(header(distribution, child));
     lines.extend(housing(&distribution.luminaire, child));
     lines.push(format!("  <Emitter{child}>"));
-    lines.extend(lamp(distribution, edition));
+    lines.extend(lamp(distribution));
     if let Some(unit) = distribution.header.get("intensity_unit").and_then(Value::as_str) {
         let message = format!("the source says {unit}; its numbers are written as luminous intensity");
         findings.push(
@@ -74,9 +67,9 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
                 .fix("do not hand this document on as photometry"),
         );
     }
-    lines.extend(intensities(distribution, edition));
+    lines.extend(intensities(distribution));
     lines.push("  </Emitter>".into());
-    lines.push(format!("</{root}>\n"));
+    lines.push("</LuminaireOpticalData>\n".into());
     Written {
         bytes: lines.join("\n").into_bytes(),
         findings: findings.into_vec(),
@@ -84,7 +77,7 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
 }
 
 /// An element in a child of the root; none without text.
-fn element(name: &str, text: &str) -> Option<String> {
+pub(super) fn element(name: &str, text: &str) -> Option<String> {
     (!text.is_empty()).then(|| format!("    <{name}>{}</{name}>", escaped(text)))
 }
 
@@ -107,19 +100,15 @@ fn header(distribution: &Distribution, child: &str) -> Vec<String> {
 }
 
 /// What the emitter is, before its intensities.
-fn lamp(distribution: &Distribution, edition: Edition) -> Vec<String> {
+fn lamp(distribution: &Distribution) -> Vec<String> {
     let luminaire = &distribution.luminaire;
-    let watts = match edition {
-        Edition::E2018 => "InputWatts",
-        Edition::E2023 => "InputWattage",
-    };
     let ten_digits = |value: Option<f64>| value.map_or(String::new(), |value| number::shortest(value, 10));
     let quantity = luminaire.lamp_count.unwrap_or(1.0).max(1.0) as u64;
     let fields = [
         ("Description", luminaire.lamp.clone()),
         ("Quantity", quantity.to_string()),
         ("RatedLumens", ten_digits(distribution.lamp_flux_lm)),
-        (watts, ten_digits(luminaire.watts)),
+        ("InputWatts", ten_digits(luminaire.watts)),
         ("CCT", number::decimal(&luminaire.colour).unwrap_or_default()),
     ];
     let mut lines: Vec<String> = fields.iter().filter_map(|(name, text)| element(name, text)).collect();
@@ -129,26 +118,16 @@ fn lamp(distribution: &Distribution, edition: Edition) -> Vec<String> {
     lines
 }
 
-fn intensities(distribution: &Distribution, edition: Edition) -> Vec<String> {
+fn intensities(distribution: &Distribution) -> Vec<String> {
     let grid = &distribution.intensity;
-    let (holder, kind) = match edition {
-        Edition::E2018 => ("IntensityDistribution", "C"),
-        Edition::E2023 => ("LuminousData", "CIE _ C"),
-    };
     let (planes, last) = stored(distribution);
-    let mut lines = vec![
-        format!("    <{holder}>"),
-        format!("      <PhotometryType>{kind}</PhotometryType>"),
-        "      <Metric>Luminous</Metric>".to_owned(),
-    ];
-    // ATLA S001 has neither the flag nor the counts.
-    if edition == Edition::E2023 {
-        let absolute = distribution.absolute || distribution.lamp_flux_lm.is_none();
-        let (nh, nv) = (planes.len() + usize::from(last), grid.gamma_deg().len());
-        lines.push(format!("      <AbsolutePhotometry>{absolute}</AbsolutePhotometry>"));
-        lines.push(format!("      <NumberHorz>{nh}</NumberHorz>"));
-        lines.push(format!("      <NumberVert>{nv}</NumberVert>"));
-    }
+    let mut lines = [
+        "    <IntensityDistribution>",
+        "      <PhotometryType>C</PhotometryType>",
+        "      <Metric>Luminous</Metric>",
+    ]
+    .map(str::to_owned)
+    .to_vec();
     let closing = last.then_some((0, 360.0));
     for (plane, c) in planes.iter().map(|&plane| (plane, grid.c_deg()[plane])).chain(closing) {
         for (gamma, candela) in grid.gamma_deg().iter().zip(grid.row(plane)) {
@@ -160,7 +139,7 @@ fn intensities(distribution: &Distribution, edition: Edition) -> Vec<String> {
             ));
         }
     }
-    lines.push(format!("    </{holder}>"));
+    lines.push("    </IntensityDistribution>".to_owned());
     lines
 }
 
@@ -202,7 +181,7 @@ fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
 }
 
 /// Planes to write, and whether C0 is repeated at 360°.
-fn stored(distribution: &Distribution) -> (Vec<usize>, bool) {
+pub(super) fn stored(distribution: &Distribution) -> (Vec<usize>, bool) {
     let grid = &distribution.intensity;
     let c_deg = grid.c_deg();
     let has = |angle: f64| c_deg.contains(&angle);

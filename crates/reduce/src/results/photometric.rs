@@ -202,6 +202,28 @@ pub fn xml(shown: &IntensityDistribution, state: &str, reduction: &Reduction, ru
     tm33::write(&document(shown, state, reduction, run), tm33::Edition::E2018).bytes
 }
 
+/// The distribution as TM-33-23 with the spectra over angle; none without them.
+pub fn xml_with_spectra(
+    shown: &IntensityDistribution,
+    state: &str,
+    reduction: &Reduction,
+    run: &Run,
+) -> Option<Vec<u8>> {
+    let found = reduction.over_angle.as_ref()?;
+    let directions: Vec<_> = found
+        .facts
+        .directions
+        .iter()
+        .zip(&found.intensity)
+        .map(|(of, spectrum)| ((of.c_deg, of.gamma_deg), spectrum))
+        .collect();
+    let spectra = tm33::Spectra {
+        total: &found.total,
+        directions: &directions,
+    };
+    Some(tm33::write_2023(&document(shown, state, reduction, run), Some(&spectra)).bytes)
+}
+
 /// What TM-33 has no element for: sample, conditions, people, and how good the flux is.
 fn comments(reduction: &Reduction, run: &Run) -> String {
     let (luminaire, report) = (&run.header.luminaire, &run.header.report);

@@ -6,7 +6,7 @@ use isolux_record::disk::sha256;
 use super::results::DayResults;
 
 /// Files of the results with what they are.
-const FILES: [(&str, &str); 14] = [
+const FILES: [(&str, &str); 15] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
     (
@@ -15,6 +15,7 @@ const FILES: [(&str, &str); 14] = [
     ),
     ("luminaire.ies", "IES LM-63-2002"),
     ("luminaire.xml", "IES TM-33-18"),
+    ("luminaire.tm33-23.xml", "IES TM-33-23, with the spectra over angle"),
     ("luminaire.spdx", "spectrum, IES TM-27"),
     ("luminaire.spd", "spectrum, plain columns"),
     ("luminaire.model.toml", "the model that simulates and predicts"),
