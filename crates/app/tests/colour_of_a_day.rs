@@ -6,9 +6,11 @@
 mod in_room;
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::formats::inspect::{self, Quantities};
 use isolux_app::init::{DayPlan, Instruments, run as init};
 use isolux_darkroom::camera::Unit;
 use isolux_darkroom::{Darkroom, MapPose, Room, SensorFrame};
+use isolux_formats::ReadOptions;
 use isolux_model::{Model, Scene};
 use isolux_record::{Plan, Subject};
 use isolux_reduce::{Options, reduce};
@@ -102,6 +104,32 @@ fn every_pixel_has_the_watts_and_electrons_that_the_rooms_camera_sees() {
     assert_eq!(budget.colour_over_angle.as_ref(), Some(facts));
     let model = Model::load(&folder.join("luminaire.model.toml")).unwrap();
     assert_eq!(model.colour().unwrap().directions_deg().len(), facts.directions.len());
+    // `inspect` integrates the spectra of the model, and of the file for other programs, by itself.
+    let cct_k = facts.total.colour.cct.as_ref().unwrap().value;
+    for name in ["luminaire.model.toml", "luminaire.tm33-23.xml"] {
+        let seen = inspect::file(&folder.join(name), ReadOptions::default()).remove(0);
+        let Quantities::Coloured(seen) = seen.quantities else {
+            panic!("{name}: {:?}", seen.findings);
+        };
+        let colour = &seen.colour_over_angle;
+        assert_eq!(colour.directions.len(), facts.directions.len(), "{name}");
+        let found_k = colour.total.cct_k.unwrap();
+        println!(
+            "{name}: {found_k} K, reduction {cct_k} K, Δu′v′ {}",
+            colour.delta_u_prime_v_prime
+        );
+        assert!((found_k / cct_k - 1.0).abs() < 2e-3, "{name}: {found_k} K, {cct_k} K");
+        assert!(
+            colour.delta_u_prime_v_prime > 0.008,
+            "{name}: {}",
+            colour.delta_u_prime_v_prime
+        );
+        let written = serde_json::to_string(&Quantities::Coloured(seen.clone())).unwrap();
+        assert_eq!(
+            serde_json::from_str::<Quantities>(&written).unwrap(),
+            Quantities::Coloured(seen)
+        );
+    }
     let qe = (360..=830).fold(String::from("wavelength_nm,qe\n"), |text, nm| {
         let away = (f64::from(nm) - 450.0) / 20.0;
         text + &format!("{nm},{:e}\n", 0.7 * (-0.5 * away * away).exp())

@@ -1,5 +1,6 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
+mod colour;
 mod inspection;
 mod mismatch;
 mod ray_quantities;
@@ -14,6 +15,7 @@ use isolux_formats::{Content, Parsed, ReadOptions};
 use self::read::parsed;
 use self::source::OpenFile;
 
+pub use colour::{AngularColour, ColourOfDirection, ColouredQuantities};
 pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;
 pub use ray_quantities::RayQuantities;
@@ -21,6 +23,9 @@ pub use read::read;
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
 pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
+    if colour::is_model(path) {
+        return colour::of_model(path, options);
+    }
     let parsed = match OpenFile::open(path) {
         Ok(source) if rays::are_in(path, &source) => return vec![rays::inspection(path, source)],
         Ok(source) => parsed(path, source, options),
@@ -28,15 +33,7 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
     };
     match parsed {
         Ok(parsed) => parsed.into_iter().map(|parsed| inspection(path, parsed)).collect(),
-        Err(finding) => vec![Inspection {
-            file: path.to_string(),
-            format: None,
-            kind: None,
-            readable: false,
-            findings: vec![finding],
-            quantities: Quantities::None {},
-            content: None,
-        }],
+        Err(finding) => vec![Inspection::unreadable(path, finding)],
     }
 }
 
@@ -55,7 +52,7 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         }),
         None => Quantities::None {},
     };
-    Inspection {
+    let mut inspection = Inspection {
         file,
         format: parsed.format,
         kind: parsed.kind,
@@ -63,7 +60,9 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         findings: parsed.findings,
         quantities,
         content: parsed.document,
-    }
+    };
+    colour::of_tm33(path, &mut inspection);
+    inspection
 }
 
 #[cfg(test)]

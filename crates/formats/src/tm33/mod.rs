@@ -5,11 +5,13 @@
 
 mod read;
 mod schema_2023;
+mod spectra;
 mod table;
 mod write;
 
 pub use read::{looks_like, read};
 pub use schema_2023::{Spectra, write_2023};
+pub use spectra::{OfDirection, spectra};
 pub use write::{Edition, write};
 
 use crate::file_format::{self, FileFormat};

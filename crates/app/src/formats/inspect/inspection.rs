@@ -1,9 +1,11 @@
 //! What is said of one photometry or spectrum.
 
+use camino::Utf8Path;
 use isolux_formats::{Content, Finding, Format, Kind, Severity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::colour::ColouredQuantities;
 use super::mismatch::Meter;
 use super::ray_quantities::RayQuantities;
 
@@ -32,6 +34,8 @@ pub struct Inspection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Quantities {
+    /// Of a luminous intensity distribution with spectra over angle.
+    Coloured(Box<ColouredQuantities>),
     /// Of a luminous intensity distribution.
     Distribution(Box<isolux_formats::Quantities>),
     /// Of a spectrum.
@@ -66,6 +70,19 @@ fn by_key<S: Serializer>(quantities: &Quantities, to: S) -> Result<S::Ok, S::Err
 }
 
 impl Inspection {
+    /// Of a file of which nothing can be read.
+    pub(super) fn unreadable(path: &Utf8Path, finding: Finding) -> Self {
+        Self {
+            file: path.to_string(),
+            format: None,
+            kind: None,
+            readable: false,
+            findings: vec![finding],
+            quantities: Quantities::None {},
+            content: None,
+        }
+    }
+
     /// What it is, in words: content and format.
     pub fn what(&self) -> String {
         let kind = match self.kind {

@@ -5,6 +5,7 @@ use isolux_formats::{Content, Distribution, GlareTable, Quantities as Distributi
 use isolux_units::digits::shortest;
 use serde_json::Value;
 
+use super::colour::{AngularColour, ColourOfDirection};
 use super::inspection::{Inspection, Quantities, SpectrumQuantities};
 use super::ray_quantities::RayQuantities;
 
@@ -19,6 +20,10 @@ impl Inspection {
         match (&self.quantities, &self.content) {
             (Quantities::Distribution(of), Some(Content::Distribution(distribution))) => {
                 rows.distribution(of, distribution);
+            }
+            (Quantities::Coloured(all), Some(Content::Distribution(distribution))) => {
+                rows.distribution(&all.of, distribution);
+                rows.colour(&all.colour_over_angle);
             }
             (Quantities::Spectrum(of), Some(Content::Spectrum(file))) => rows.spectrum(of, file),
             (Quantities::Rays(of), _) => rows.rays(of),
@@ -91,6 +96,29 @@ impl Rows {
         if !stated.is_empty() {
             self.line(name, stated.join(", "));
         }
+    }
+
+    fn colour(&mut self, of: &AngularColour) {
+        let chromaticity = |of: &ColourOfDirection| format!("u′ {:.4}, v′ {:.4}", of.u_prime, of.v_prime);
+        let cct = of.total.cct_k.map_or(String::new(), |cct| format!(", {cct:.0} K"));
+        self.line("colour of all the light", chromaticity(&of.total) + &cct);
+        let ccts = of.directions.iter().filter_map(|of| of.cct_k);
+        let (low, high) = ccts.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), cct| {
+            (low.min(cct), high.max(cct))
+        });
+        let range = if low <= high {
+            format!(", {low:.0} to {high:.0} K")
+        } else {
+            String::new()
+        };
+        self.line(
+            "spectra over angle",
+            format!("{} directions{range}", of.directions.len()),
+        );
+        self.line(
+            "Δu′v′ over angle",
+            format!("{:.4} (not corrected for noise)", of.delta_u_prime_v_prime),
+        );
     }
 
     fn spectrum(&mut self, quantities: &SpectrumQuantities, file: &SpectrumFile) {
