@@ -2,6 +2,7 @@
 
 use camino::Utf8Path;
 use isolux_app::calibration::Calibration;
+use isolux_app::compare::Compared;
 use isolux_app::day::{self, Options};
 use isolux_app::formats::inspect::{self, Quantities};
 use isolux_app::front_end::control::Control;
@@ -73,4 +74,5 @@ fn the_schemas_in_the_book_are_those_of_the_types() {
     schema::<Quantities>("quantities");
     schema::<Verification>("verification");
     schema::<Calibration>("calibration");
+    schema::<Compared>("compared");
 }

@@ -301,6 +301,11 @@ fn one_seed_gives_one_day() {
         let [a, b] = days.map(|day| std::fs::read(folder.path(day).join(file)).unwrap());
         assert!(a == b, "{file} differs");
     }
+    let said = folder.isolux(&["compare", "first", "second"], 0);
+    assert!(
+        said.contains("100.0 % of the directions within U: agrees") && !said.contains("DIFFERS"),
+        "{said}"
+    );
 }
 
 /// The flux that `reduce` said, as it stands in the report.

@@ -64,7 +64,7 @@ pub use angles::BeamAngles;
 pub use apparent::Apparent;
 pub use background::{Background, Level, Subtract};
 pub use between::Between;
-pub use budget::Common;
+pub use budget::{Common, of_directions_cd};
 pub use closing::Closing;
 pub use colour::Colour;
 pub use correction::{Correction, UnknownCorrection};

@@ -9,7 +9,7 @@ mod kept;
 pub(crate) mod light;
 pub(crate) mod report;
 pub(crate) mod requested;
-mod stored;
+pub(crate) mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};

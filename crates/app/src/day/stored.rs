@@ -22,7 +22,7 @@ const ALIKE_REL: f64 = 1e-9;
 ///
 /// # Errors
 /// Bad input (exit 2) where there is no budget, or this record does not give it.
-pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failure> {
+pub(crate) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failure> {
     let places = [("results", "budget.json"), ("results-partial", "budget.partial.json")];
     let Some((results, file)) = places
         .map(|(results, file)| (folder.join(results), folder.join(results).join(file)))

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod check;
+mod compare;
 mod convert;
 mod devices;
 mod diagnose;
@@ -47,6 +48,7 @@ pub enum Command {
     Reduce(reduce::Reduce),
     Convert(convert::Convert),
     Inspect(inspect::Inspect),
+    Compare(compare::Compare),
     Investigate(investigate::Investigate),
     Simulate(simulate::Simulate),
     Sweep(sweep::Sweep),
@@ -82,6 +84,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Reduce(arguments) => reduce::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Investigate(arguments) => investigate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
