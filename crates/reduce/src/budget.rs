@@ -32,7 +32,13 @@ pub struct Common {
     pub drift_rel: f64,
     /// γ.
     pub gamma_deg: f64,
+    /// Spectral mismatch of the lux meter.
+    #[serde(default)]
+    pub spectral_mismatch_rel: f64,
 }
+
+/// Parts of the lux meter's own response: where there is nothing of them they are no part.
+pub const OF_METER: [&str; 1] = ["spectral_mismatch"];
 
 impl Common {
     /// What adds to every intensity alike, cd.
@@ -49,7 +55,7 @@ impl Common {
 
     /// What they make of a weighted sum Σ w·I: of its value, of the sum of its weights, and of its slope over γ per
     /// degree.
-    fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 9] {
+    fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 10] {
         [
             ("dark_noise", weights * self.dark_noise_cd),
             ("dark_digit", weights * self.dark_digit_cd),
@@ -61,6 +67,7 @@ impl Common {
             ("drift", value * self.drift_rel),
             // All readings stand at a γ that is wrong by the same angle.
             ("angle", per_deg * self.gamma_deg),
+            ("spectral_mismatch", value * self.spectral_mismatch_rel),
         ]
     }
 }
@@ -109,11 +116,12 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
     let parts = own.into_iter().chain(common.parts(value, total, per_deg));
     // Bounds of what was measured are no part of it.
     let bounds = ["offset", "ambient", "stray"];
+    let no_part = |name: &str| bounds.contains(&name) || OF_METER.contains(&name);
     Quantity::new(
         value,
         unit,
         parts
-            .filter(|(name, part)| *part != 0.0 || !bounds.contains(name))
+            .filter(|(name, part)| *part != 0.0 || !no_part(name))
             .chain(smoothing),
     )
 }

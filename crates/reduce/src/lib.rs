@@ -28,6 +28,7 @@ mod headline;
 mod intensity;
 mod interpolation;
 mod known;
+mod meter;
 mod monte_carlo;
 mod near_field;
 mod normal;
@@ -75,6 +76,7 @@ pub use feasibility::check_feasibility;
 pub use finding::{Accepted, Evidence, Finding, note};
 pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
+pub use meter::{MeterFacts, SpectralMismatch};
 pub use monte_carlo::{MonteCarlo, Propagated};
 pub use over_angle::{
     AverageColour, ColourOverAngle, DirectionColour, LargestDifference, LeftOut, OverAngle, TotalColour,
@@ -121,6 +123,8 @@ pub struct Reduction {
     pub subtract: Subtract,
     /// Drift of the reference.
     pub drift: Drift,
+    /// What is known of the lux meter's own response.
+    pub luxmeter: MeterFacts,
     /// Uncertainties that all readings share.
     pub common: Common,
     /// Distance of the readings of the distribution.
@@ -159,8 +163,8 @@ pub struct Reduction {
     pub without: BTreeSet<Correction>,
     /// Effects that a model took out.
     pub removed_effects: Vec<String>,
-    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out, or
-    /// what was fitted to the stray light.
+    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out,
+    /// what was fitted to the stray light, what was corrected of the lux meter's response.
     pub bench_effects: Vec<String>,
 }
 
@@ -189,7 +193,7 @@ fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Mod
             measured_by_the_run: false,
         };
         let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), spectral)?;
-        reduction.bench_effects = bench.tables();
+        reduction.bench_effects.extend(bench.tables());
         return Ok(reduction);
     }
     let plain = pipeline::reduce(run, in_motion, options, None, spectral)?;
@@ -203,6 +207,6 @@ fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Mod
     };
     // No effect of the bench is in the spectrum.
     let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), || Ok(plain.spectral.clone()))?;
-    reduction.bench_effects = vec![table];
+    reduction.bench_effects.push(table);
     Ok(reduction)
 }

@@ -7,6 +7,7 @@
 //! | digit of a reading | even within ± half; one for all equal displays that noise does not dither | 6.4.2 |
 //! | calibration of the lux meter, of the spectroradiometer; distances; γ; wavelengths | normal, one for all | 6.4.7 |
 //! | tilt and bow of the spectroradiometer's calibration | normal, one each for all | 6.4.7 |
+//! | responsivity of the lux meter's head | normal, one for each of two waves over wavelength | 6.4.7 |
 //!
 //! What no record shows (interpolation, limited distance, bounds of light that was not measured) is not drawn: of a
 //! quantity that has such parts, the others are compared.
@@ -16,10 +17,11 @@ use serde::Serialize;
 
 use crate::background::noise_of_one;
 use crate::normal::Normal;
+use crate::standard::waves;
 use crate::{Options, Quantity, ReduceError, Reduction, reduce};
 
 /// Parts of a budget whose inputs are drawn.
-const DRAWN: [&str; 12] = [
+const DRAWN: [&str; 13] = [
     "noise",
     "digit",
     "dark_noise",
@@ -32,6 +34,7 @@ const DRAWN: [&str; 12] = [
     "wavelength",
     "efficacy",
     "smoothing",
+    "spectral_mismatch",
 ];
 /// Share of the draws outside the interval, at each end.
 const TAIL: f64 = 0.025;
@@ -188,6 +191,15 @@ fn drawn(run: &Run, number: u64) -> Run {
         let lux = shown_lx + noise_lx * normal.next() + digit_lx * (rounding - 0.5);
         row.illuminance_lx = Some(gain * of_distance(distance, bench.u_distance_mm, row.distance_mm) * lux);
         row.gamma_deg += gamma_deg;
+    }
+    if let Some(curves) = &mut run.header.luxmeter {
+        let curve = &mut curves.responsivity;
+        for wave in waves(&curve.wavelength_nm, &curve.u_rel) {
+            let amount = normal.next();
+            for (value, rel) in curve.value.iter_mut().zip(wave) {
+                *value *= 1.0 + amount * rel;
+            }
+        }
     }
     let Some(spectro) = station.spectroradiometer() else {
         return run;
