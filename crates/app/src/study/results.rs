@@ -54,6 +54,7 @@ const fn what(correction: Correction) -> &'static str {
         Correction::Dark => "offset of the lux meter, from capped readings",
         Correction::Ambient => "light of the room, from readings with the lamp off",
         Correction::Stray => "stray light of the lamp, from baffled readings",
+        Correction::SpectralMismatch => "spectral mismatch of the lux meter, by F* of the lamp's spectra",
         Correction::InverseSquare => "each reading's own distance; off: the station's",
         Correction::Drift => "drift of lamp and meter, from the reference point",
         Correction::SpectralDark => "dark spectrum",

@@ -153,7 +153,10 @@ fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
         // computer, and so do the readings of the rest of the day. Another day then takes its place.
         let mut days = (0..4).map(|attempt| number + 10 * attempt);
         let came = days.find_map(|seed| Kills::of(seed, bench).day_in_motion(bench));
-        assert!(came.is_some(), "four days in a row were refused by their directions at rest");
+        assert!(
+            came.is_some(),
+            "four days in a row were refused by their directions at rest"
+        );
     });
 }
 

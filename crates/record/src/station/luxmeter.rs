@@ -79,6 +79,12 @@ impl LuxMeter {
                 "is that of `responsivity`; remove one of the two keys",
             ));
         }
+        if self.responsivity.is_none() && self.calibration_light.is_some() {
+            return Err(Fault::new(
+                "luxmeter.calibration_light",
+                "says nothing without `responsivity`; state the head's curve, or remove this key",
+            ));
+        }
         Ok(())
     }
 }

@@ -138,6 +138,7 @@ fn source(part: &str) -> &str {
         "stray" => "stray light that was not measured",
         "near_field" | "near_field_at_sensor" => "limited photometric distance",
         "wavelength" => "wavelength scale",
+        "spectral_mismatch" => "spectral mismatch of the lux meter",
         "efficacy" => "luminous efficacy of radiation",
         "flux" => "luminous flux",
         "power" => "active power",
@@ -165,11 +166,19 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         ),
         None => "not needed".to_owned(),
     };
+    let mismatch = reduction.luxmeter.spectral_mismatch.as_ref();
     let words = |correction: Correction| -> (&str, String) {
         match correction {
             Correction::Dark => ("offset of the meter", level(0)),
             Correction::Ambient => ("ambient light", level(1)),
             Correction::Stray => ("stray light of the lamp", level(2)),
+            Correction::SpectralMismatch => (
+                "spectral mismatch of the lux meter",
+                mismatch.map_or_else(
+                    || "not corrected: no responsivity of the head, or no spectrum".to_owned(),
+                    |found| format!("F* {:.4} on the axis", found.f_star_on_axis),
+                ),
+            ),
             Correction::InverseSquare => (
                 "distance of each reading, I = E·d²",
                 format!("{} m", reduction.distance_mm * 1e-3),
@@ -183,15 +192,11 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         .into_iter()
         .map(|correction| {
             let (name, how_much) = words(correction);
-            let off = reduction.without.contains(&correction);
+            let nothing = correction == Correction::SpectralMismatch && mismatch.is_none();
+            let off = nothing || reduction.without.contains(&correction);
             vec![name.to_owned(), if off { "off" } else { "on" }.to_owned(), how_much]
         })
         .collect();
-    rows.push(vec![
-        "spectral mismatch of the lux meter".to_owned(),
-        "off".to_owned(),
-        "not corrected: the station states no spectral responsivity".to_owned(),
-    ]);
     if !reduction.removed_effects.is_empty() {
         rows.push(vec![
             "effects of the bench, by a model".to_owned(),
