@@ -13,7 +13,7 @@ pub use self::document::{
     Access, Axes, Axis, Bench, BenchType, DrivenRail, Lamp, PowerMeter, Rail, Spectroradiometer, Stable,
     StationDocument, Supply,
 };
-pub use self::luxmeter::LuxMeter;
+pub use self::luxmeter::{Cosine, Fatigue, Linearity, LuxMeter, Temperature};
 pub use self::ratio::{NotARatio, Ratio};
 pub use self::traceability::Traceability;
 pub(crate) use self::traceability::is_day;
