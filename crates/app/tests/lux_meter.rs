@@ -129,7 +129,9 @@ fn f_star_of_the_runs_own_spectra_brings_the_flux_home() {
     // A head that is known, under a lamp whose spectrum is not.
     let mut dark = run.clone();
     dark.spectra.clear();
-    let blocks = PLAN.split("[[block]]").filter(|block| !block.contains("spectroradiometer"));
+    let blocks = PLAN
+        .split("[[block]]")
+        .filter(|block| !block.contains("spectroradiometer"));
     let blocks: Vec<&str> = blocks.collect();
     dark.header.plan = Plan::parse(Utf8Path::new("p.toml"), &blocks.join("[[block]]")).unwrap();
     let dark = reduced(&dark, &[]);
@@ -157,6 +159,79 @@ fn f_star_of_the_runs_own_spectra_brings_the_flux_home() {
         loud.u > 1.5 * flux.u && (loud.u / loud.u_budget - 1.0).abs() < 0.35,
         "{loud:?} {flux:?}"
     );
+}
+
+#[test]
+fn a_warm_meter_that_saturates_under_another_light_is_three_corrections() {
+    let k = 4e-4;
+    let mut room = room();
+    room.room.temperature_c = 31.0;
+    room.injected_effects.temp_coefficient.coefficient_per_k = -0.004;
+    room.injected_effects.temp_coefficient.reference_c = 23.0;
+    room.injected_effects.nonlinearity.inverse_scale_per_lx = k;
+    let truth = room.lamp.flux_lm;
+    let mut run = with_curve(record(&room, PLAN), &responsivity(&room).unwrap());
+    let plain = reduced(&run, &[]);
+    assert!(off(&plain.flux, truth) < -2.0, "{:?}", plain.flux);
+
+    // True over shown, of a meter that saturates as (1 − e^(−2kE))/2k.
+    let shown: Vec<f64> = (0..=120)
+        .map(|step| 0.01 * 10f64.powf(f64::from(step) / 30.0))
+        .collect();
+    let factor: Vec<f64> = shown
+        .iter()
+        .map(|shown| -(-2.0 * k * shown).ln_1p() / (2.0 * k * shown))
+        .collect();
+    let tables = format!(
+        "[luxmeter.temperature]\ncoefficient_per_k = -0.004\nu_coefficient_per_k = 0.0001\nreference_c = 23.0\n\
+         u_temperature_k = 0.3\n\
+         [luxmeter.linearity]\nilluminance_lx = {shown:?}\nfactor = {factor:?}\nu_rel = 0.0004\n"
+    );
+    let text = toml::to_string(&run.header.station).unwrap() + &tables;
+    run.header.station = isolux_record::Station::parse(Utf8Path::new("s.toml"), &text).unwrap();
+    let corrected = reduced(&run, &[]);
+    assert!(off(&corrected.flux, truth).abs() < 2.0, "{:?}", corrected.flux);
+    for correction in [
+        Correction::Temperature,
+        Correction::Linearity,
+        Correction::SpectralMismatch,
+    ] {
+        let left_out = reduced(&run, &[correction]);
+        assert!(left_out.flux.value < 0.995 * corrected.flux.value, "{correction}");
+        assert!(
+            off(&left_out.flux, truth).abs() < 2.0,
+            "{correction}: {:?}",
+            left_out.flux
+        );
+        let part = |of: &Reduction| of.flux.parts[correction.as_str()];
+        assert!(part(&left_out) > 3.0 * part(&corrected), "{correction}");
+    }
+
+    // The model of the run makes readings of its light again: taken out by it instead, the light is the same.
+    let keep = tempfile::tempdir().unwrap();
+    let folder = Utf8Path::from_path(keep.path()).unwrap();
+    for file in isolux_reduce::files(&corrected, &run, &[], "test").unwrap() {
+        let path = folder.join(file.name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, file.bytes).unwrap();
+    }
+    let model = isolux_model::Model::load(&folder.join("luminaire.model.toml")).unwrap();
+    let names: Vec<&str> = model.effects().iter().map(isolux_model::Effect::name).collect();
+    for name in ["spectral_mismatch", "temp_coefficient", "nonlinearity"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    let by_model = reduce(&run, &Options::default(), Some(model)).unwrap();
+    let ratio = by_model.flux.value / corrected.flux.value;
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
+
+    // Draws of what is stated scatter as the budget says.
+    let options = Options::default();
+    let drawing = MonteCarlo::new(&run, &options).unwrap();
+    let draws: Vec<_> = (0..40).map(|number| drawing.draw(number).unwrap()).collect();
+    let flux = &drawing.propagated(&draws)[0];
+    let named = |part: &str| flux.not_drawn.iter().any(|other| other == part);
+    assert!(!named("temperature") && !named("linearity"), "{flux:?}");
+    assert!((flux.u / flux.u_budget - 1.0).abs() < 0.35, "{flux:?}");
 }
 
 /// The station of the run with a further line of its lux meter.

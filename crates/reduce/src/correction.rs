@@ -18,6 +18,14 @@ pub enum Correction {
     Stray,
     /// The head's spectral responsivity, by F* of the lamp's spectra.
     SpectralMismatch,
+    /// The meter's departure from proportion to the light.
+    Linearity,
+    /// The meter's responsivity at the temperature of the room.
+    Temperature,
+    /// The meter's response to light that does not come along its normal.
+    Cosine,
+    /// What light took from the meter's responsivity.
+    Fatigue,
     /// The square of each reading's own distance; off: of the station's.
     InverseSquare,
     /// Drift of lamp and meter, from the visits to the reference point.
@@ -30,11 +38,15 @@ pub enum Correction {
 
 impl Correction {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 12] = [
         Self::Dark,
         Self::Ambient,
         Self::Stray,
         Self::SpectralMismatch,
+        Self::Linearity,
+        Self::Temperature,
+        Self::Cosine,
+        Self::Fatigue,
         Self::InverseSquare,
         Self::Drift,
         Self::SpectralDark,
@@ -48,6 +60,10 @@ impl Correction {
             Self::Ambient => "ambient",
             Self::Stray => "stray",
             Self::SpectralMismatch => "spectral_mismatch",
+            Self::Linearity => "linearity",
+            Self::Temperature => "temperature",
+            Self::Cosine => "cosine",
+            Self::Fatigue => "fatigue",
             Self::InverseSquare => "inverse_square",
             Self::Drift => "drift",
             Self::SpectralDark => "spectral_dark",

@@ -14,7 +14,7 @@ use crate::samples::Corrected;
 #[derive(Debug)]
 pub struct Conversion<'a> {
     background: &'a Background,
-    meter: &'a Meter,
+    meter: &'a Meter<'a>,
     /// What is corrected, by the run's own levels or by a model.
     pub corrected: Subtract,
     /// What the run's own levels correct.
@@ -35,7 +35,7 @@ impl<'a> Conversion<'a> {
         options: &Options,
         bench: Option<&Bench>,
         background: &'a Background,
-        meter: &'a Meter,
+        meter: &'a Meter<'a>,
     ) -> Result<Self, ReduceError> {
         let on = |correction| !options.without.contains(&correction);
         let corrected = Subtract {
@@ -63,7 +63,7 @@ impl<'a> Conversion<'a> {
     /// Intensity of a lit reading of `lux`.
     pub fn intensity(&self, row: &Reading, lux: f64) -> Corrected {
         let read = self.as_read(row, lux);
-        let factor = self.meter.factor(read.c_deg, read.gamma_deg);
+        let factor = self.meter.factor(read.c_deg, read.gamma_deg, row.distance_mm);
         Corrected {
             intensity_cd: factor * read.intensity_cd,
             cd_per_lx: factor * read.cd_per_lx,

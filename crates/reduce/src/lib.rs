@@ -76,7 +76,7 @@ pub use feasibility::check_feasibility;
 pub use finding::{Accepted, Evidence, Finding, note};
 pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
-pub use meter::{MeterFacts, SpectralMismatch};
+pub use meter::{MeterFactors, MeterFacts, SpectralMismatch};
 pub use monte_carlo::{MonteCarlo, Propagated};
 pub use over_angle::{
     AverageColour, ColourOverAngle, DirectionColour, LargestDifference, LeftOut, OverAngle, TotalColour,
@@ -92,6 +92,7 @@ pub use straight::straight_lines_miss_cd;
 
 use bench::Bench;
 use floor::Floor;
+use meter::Response;
 use sweeps::InMotion;
 
 /// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class
@@ -186,17 +187,19 @@ pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Redu
 
 /// The same, of a run in order whose sweeps are readings.
 fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    let by_model = model.map(|model| Bench {
+        model,
+        measured_by_the_run: false,
+    });
+    let response = Response::of(run, options, by_model.as_ref());
+    let run = &*response.applied(run);
     let spectral = || spectral::on_axis(run, options);
-    if let Some(model) = model {
-        let bench = Bench {
-            model,
-            measured_by_the_run: false,
-        };
-        let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), spectral)?;
+    if let Some(bench) = by_model {
+        let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), &response, spectral)?;
         reduction.bench_effects.extend(bench.tables());
         return Ok(reduction);
     }
-    let plain = pipeline::reduce(run, in_motion, options, None, spectral)?;
+    let plain = pipeline::reduce(run, in_motion, options, None, &response, spectral)?;
     let Some(floor) = Floor::of(run, &plain) else {
         return Ok(plain);
     };
@@ -206,7 +209,8 @@ fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Mod
         measured_by_the_run: true,
     };
     // No effect of the bench is in the spectrum.
-    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), || Ok(plain.spectral.clone()))?;
+    let again = || Ok(plain.spectral.clone());
+    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), &response, again)?;
     reduction.bench_effects.push(table);
     Ok(reduction)
 }

@@ -20,7 +20,7 @@ use crate::finding::{self, Accepted, Finding};
 use crate::grid::Grid;
 use crate::headline::Headline;
 use crate::intensity::Conversion;
-use crate::meter::Meter;
+use crate::meter::{Meter, Response};
 use crate::notes;
 use crate::over_angle;
 use crate::partial::Partial;
@@ -32,7 +32,7 @@ use crate::sweeps::{Checked, InMotion};
 use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
-/// Reduces a run with readings for its sweeps, judged by the directions read at rest, with the effects of `bench` taken
+/// Reduces a run with readings for its sweeps, `response` applied, judged by the directions read at rest, with the effects of `bench` taken
 /// out of its lit readings; `spectral` gives its spectrum on the axis.
 ///
 /// # Errors
@@ -43,6 +43,7 @@ pub fn reduce(
     in_motion: &InMotion,
     options: &Options,
     bench: Option<&Bench>,
+    response: &Response,
     spectral: impl FnOnce() -> Result<Option<SpectralResult>, ReduceError>,
 ) -> Result<Reduction, ReduceError> {
     let on = |correction| !options.without.contains(&correction);
@@ -55,7 +56,7 @@ pub fn reduce(
     } = blocks::Chosen::of(run)?;
     let station = &run.header.station;
     let background = Background::of(all, distance_mm);
-    let meter = Meter::of(run, options, bench)?;
+    let meter = Meter::of(run, options, bench, response)?;
     let conversion = Conversion::new(run, options, bench, &background, &meter)?;
     let Conversion {
         corrected, subtract, ..
@@ -132,7 +133,7 @@ pub fn reduce(
     notes.extend(no_colours);
     notes.extend(notes::run_notes(run, &options.without, &background, used, rows.len()));
     Ok(Reduction {
-        other_distances: apparent::other_distances(all, distance_mm, subtract, meter.factor(0.0, 0.0)),
+        other_distances: apparent::other_distances(all, distance_mm, subtract, |mm| meter.factor(0.0, 0.0, mm)),
         spectral,
         over_angle,
         subtract,
@@ -236,7 +237,7 @@ impl Levelled {
 struct NotKnown<'a> {
     partial: Option<&'a Partial>,
     unmeasured: &'a Unmeasured,
-    meter: &'a Meter,
+    meter: &'a Meter<'a>,
     /// A drift or a disagreement was accepted.
     accepted: bool,
     /// The readings count as taken at the station's distance, and were.

@@ -1,7 +1,7 @@
 //! What was corrected, and where the uncertainty comes from.
 
 use crate::document::Section;
-use isolux_reduce::{Correction, Quantity};
+use isolux_reduce::{Correction, MeterFactors, Quantity};
 use isolux_units::digits::{K, significant};
 
 use super::results::DayResults;
@@ -139,6 +139,10 @@ fn source(part: &str) -> &str {
         "near_field" | "near_field_at_sensor" => "limited photometric distance",
         "wavelength" => "wavelength scale",
         "spectral_mismatch" => "spectral mismatch of the lux meter",
+        "linearity" => "linearity of the lux meter",
+        "temperature" => "temperature of the lux meter",
+        "cosine" => "directional response of the lux meter",
+        "fatigue" => "fatigue of the lux meter",
         "efficacy" => "luminous efficacy of radiation",
         "flux" => "luminous flux",
         "power" => "active power",
@@ -167,6 +171,13 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         None => "not needed".to_owned(),
     };
     let mismatch = reduction.luxmeter.spectral_mismatch.as_ref();
+    let factors = |found: Option<MeterFactors>| {
+        found.map_or_else(
+            || "not corrected: not stated, or nothing to correct by".to_owned(),
+            |found| format!("× {:.5} to {:.5}", found.factor[0], found.factor[1]),
+        )
+    };
+    let meter = &reduction.luxmeter;
     let words = |correction: Correction| -> (&str, String) {
         match correction {
             Correction::Dark => ("offset of the meter", level(0)),
@@ -179,6 +190,10 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
                     |found| format!("F* {:.4} on the axis", found.f_star_on_axis),
                 ),
             ),
+            Correction::Linearity => ("linearity of the lux meter", factors(meter.linearity)),
+            Correction::Temperature => ("temperature of the lux meter", factors(meter.temperature)),
+            Correction::Cosine => ("directional response of the lux meter", factors(meter.cosine)),
+            Correction::Fatigue => ("fatigue of the lux meter", factors(meter.fatigue)),
             Correction::InverseSquare => (
                 "distance of each reading, I = E·d²",
                 format!("{} m", reduction.distance_mm * 1e-3),
@@ -192,7 +207,14 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         .into_iter()
         .map(|correction| {
             let (name, how_much) = words(correction);
-            let nothing = correction == Correction::SpectralMismatch && mismatch.is_none();
+            let nothing = match correction {
+                Correction::SpectralMismatch => mismatch.is_none(),
+                Correction::Linearity => meter.linearity.is_none(),
+                Correction::Temperature => meter.temperature.is_none(),
+                Correction::Cosine => meter.cosine.is_none(),
+                Correction::Fatigue => meter.fatigue.is_none(),
+                _ => false,
+            };
             let off = nothing || reduction.without.contains(&correction);
             vec![name.to_owned(), if off { "off" } else { "on" }.to_owned(), how_much]
         })
