@@ -18,8 +18,8 @@ use isolux_record::station::LuxMeter;
 use serde::Serialize;
 
 use crate::background::noise_of_one;
+use crate::meter::waves;
 use crate::normal::Normal;
-use crate::standard::waves;
 use crate::{Options, Quantity, ReduceError, Reduction, reduce};
 
 /// Parts of a budget whose inputs are drawn.

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use self::found::MeterFactors;
 pub use self::response::Response;
 pub use self::spectral::SpectralMismatch;
+pub(crate) use self::spectral::waves;
 
 use self::cosine::Directional;
 use self::found::{Found, is_lit};

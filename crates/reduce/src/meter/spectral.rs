@@ -23,7 +23,6 @@ use crate::error::ReduceError;
 use crate::known::Known;
 use crate::over_angle::Measured;
 use crate::spectral::{on_axis, subtracted};
-use crate::standard::waves;
 
 /// Indices of the heads for which a budget without any says what they may cost: a good head and an ordinary one.
 const ORDINARY: [f64; 2] = [0.03, 0.06];
@@ -273,6 +272,26 @@ impl From<isolux_spectrum::SpectrumError> for Fails {
     fn from(error: isolux_spectrum::SpectrumError) -> Self {
         Self::Mismatch(error.to_string())
     }
+}
+
+/// Period of what a curve may be wrong by, nm: no other moves F* of white LEDs by more than 1.13 times as much.
+const WAVE_NM: f64 = 200.0;
+
+/// What a relative curve may be wrong by, one after the other: it is not known what its wavelengths share. Two waves, a
+/// quarter of a turn apart, have its variance at every wavelength. None without an uncertainty.
+pub fn waves(wavelength_nm: &[f64], u_rel: &[f64]) -> Vec<Vec<f64>> {
+    if u_rel.len() != wavelength_nm.len() {
+        return Vec::new();
+    }
+    let wave = |phase: f64| {
+        let turn = move |nm: f64| std::f64::consts::TAU * nm / WAVE_NM + phase;
+        wavelength_nm
+            .iter()
+            .zip(u_rel)
+            .map(|(nm, u)| u * turn(*nm).cos())
+            .collect()
+    };
+    vec![wave(0.0), wave(std::f64::consts::FRAC_PI_2)]
 }
 
 /// Responsivity and calibration of a head.

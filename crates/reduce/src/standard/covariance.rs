@@ -68,11 +68,3 @@ pub(super) fn unknown_correlation(wavelength_nm: &[f64], u_rel: &[f64]) -> Vec<V
     let of = |share: &&dyn Fn(f64) -> f64| wavelength_nm.iter().zip(u_rel).map(|(nm, u)| share(*nm) * u).collect();
     shares.iter().map(of).collect()
 }
-
-/// The waves of [`unknown_correlation`]; none without an uncertainty. A common factor is no error of a relative curve.
-pub(crate) fn waves(wavelength_nm: &[f64], u_rel: &[f64]) -> Vec<Vec<f64>> {
-    if u_rel.len() != wavelength_nm.len() {
-        return Vec::new();
-    }
-    unknown_correlation(wavelength_nm, u_rel).split_off(1)
-}

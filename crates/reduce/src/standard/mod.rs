@@ -13,7 +13,6 @@ mod spectroradiometer;
 
 pub use conditions::{Calibrated, Conditions, Stated, stated};
 pub use covariance::Component;
-pub(crate) use covariance::waves;
 pub use error::CalibrationError;
 pub use interpolation::Interpolation;
 pub use luxmeter::{LuxFactor, luxmeter};
