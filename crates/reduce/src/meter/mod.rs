@@ -3,6 +3,7 @@
 mod cosine;
 mod fatigue;
 mod found;
+mod head;
 mod heads;
 mod linearity;
 mod response;
@@ -14,9 +15,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use self::found::MeterFactors;
+pub(crate) use self::head::waves;
 pub use self::response::Response;
 pub use self::spectral::SpectralMismatch;
-pub(crate) use self::spectral::waves;
 
 use self::cosine::Directional;
 use self::found::{Found, is_lit};

@@ -8,20 +8,18 @@ use std::collections::BTreeMap;
 
 use isolux_photometry::HalfPlanes;
 use isolux_record::Run;
-use isolux_record::responsivity::{MeterCurves, WavelengthCurve};
-use isolux_spectrum::meter::{NoMismatch, f1_prime, spectral_mismatch};
-use isolux_spectrum::{Spectrum, cie, illuminant};
+use isolux_spectrum::Spectrum;
+use isolux_spectrum::meter::f1_prime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::head::{Fails, Head, Light, Lights, parts_rel};
 use super::heads::{self, Spread};
 use crate::Options;
 use crate::bench::Bench;
-use crate::colour::{bow_changed, shape_changed, wavelengths_changed};
 use crate::correction::Correction;
 use crate::error::ReduceError;
 use crate::known::Known;
-use crate::over_angle::Measured;
 use crate::spectral::{on_axis, subtracted};
 
 /// Indices of the heads for which a budget without any says what they may cost: a good head and an ordinary one.
@@ -250,185 +248,41 @@ impl SpectralMatch {
 /// What a budget lacks whose head has no uncertainty.
 const NO_U: &str = "the file of luxmeter.responsivity has no column u_rel: uncertainty of the head's curve";
 
-/// Why there is no F*.
-enum Fails {
-    Mismatch(String),
-    Reduce(ReduceError),
-}
+#[cfg(test)]
+mod tests {
+    use super::super::head::tests::{curves, white};
+    use super::*;
 
-impl From<NoMismatch> for Fails {
-    fn from(why: NoMismatch) -> Self {
-        Self::Mismatch(why.to_string())
-    }
-}
-
-impl From<ReduceError> for Fails {
-    fn from(error: ReduceError) -> Self {
-        Self::Reduce(error)
-    }
-}
-
-impl From<isolux_spectrum::SpectrumError> for Fails {
-    fn from(error: isolux_spectrum::SpectrumError) -> Self {
-        Self::Mismatch(error.to_string())
-    }
-}
-
-/// Period of what a curve may be wrong by, nm: no other moves F* of white LEDs by more than 1.13 times as much.
-const WAVE_NM: f64 = 200.0;
-
-/// What a relative curve may be wrong by, one after the other: it is not known what its wavelengths share. Two waves, a
-/// quarter of a turn apart, have its variance at every wavelength. None without an uncertainty.
-pub fn waves(wavelength_nm: &[f64], u_rel: &[f64]) -> Vec<Vec<f64>> {
-    if u_rel.len() != wavelength_nm.len() {
-        return Vec::new();
-    }
-    let wave = |phase: f64| {
-        let turn = move |nm: f64| std::f64::consts::TAU * nm / WAVE_NM + phase;
-        wavelength_nm
-            .iter()
-            .zip(u_rel)
-            .map(|(nm, u)| u * turn(*nm).cos())
-            .collect()
-    };
-    vec![wave(0.0), wave(std::f64::consts::FRAC_PI_2)]
-}
-
-/// Responsivity and calibration of a head.
-struct Head {
-    responsivity: Spectrum,
-    /// As far as its uncertainty goes, one by one.
-    moved: Vec<Spectrum>,
-    calibration: Spectrum,
-}
-
-impl Head {
-    fn of(curves: &MeterCurves) -> Result<Self, Fails> {
-        let spectrum = |curve: &WavelengthCurve| Spectrum::new(curve.wavelength_nm.clone(), curve.value.clone());
-        let calibration = match &curves.calibration_light {
-            Some(light) => spectrum(light)?,
-            None => Spectrum::from_1_nm(&illuminant::illuminant_a())
-                .ok_or_else(|| Fails::Mismatch("illuminant A is no spectrum".to_owned()))?,
+    #[test]
+    fn between_two_directions_light_mixes_lumen_by_lumen() {
+        let Ok(head) = Head::of(&curves()) else {
+            panic!("a head")
         };
-        let curve = &curves.responsivity;
-        let moved = waves(&curve.wavelength_nm, &curve.u_rel).into_iter().map(|wave| {
-            let value = curve.value.iter().zip(&wave).map(|(value, rel)| value * (1.0 + rel));
-            Spectrum::new(curve.wavelength_nm.clone(), value.collect())
-        });
-        Ok(Self {
-            responsivity: spectrum(curve)?,
-            moved: moved.collect::<Result<_, _>>()?,
-            calibration,
-        })
+        let of = |phosphor: f64| head.f_star(&white(phosphor)).unwrap();
+        let directions_deg = vec![(0.0, 0.0), (0.0, 60.0)];
+        let field = Field {
+            half_planes: Some(HalfPlanes::new(&directions_deg).unwrap()),
+            reciprocal: vec![1.0 / of(0.5), 1.0 / of(2.0)],
+            directions_deg,
+        };
+        let (one, other) = (white(0.5), white(2.0));
+        let mixed = one
+            .value()
+            .iter()
+            .zip(other.value())
+            .map(|(one, other)| 0.75 * one + 0.25 * other);
+        let mixed = Spectrum::new(one.wavelength_nm().to_vec(), mixed.collect()).unwrap();
+        let found = field.f_star(0.0, 15.0);
+        assert!((found - head.f_star(&mixed).unwrap()).abs() < 1e-12, "{found}");
+        assert_eq!(field.f_star(0.0, 90.0), 1.0 / field.reciprocal[1]);
+        let matched = SpectralMatch {
+            field: Some(field),
+            ..SpectralMatch::default()
+        };
+        assert_eq!(matched.factor(180.0, -60.0), matched.factor(0.0, 60.0));
+        let effect = matched.effect().unwrap();
+        let slope: f64 = effect.rsplit_once("= ").unwrap().1.trim().parse().unwrap();
+        let expected = (of(0.5) / of(2.0) - 1.0) / 60.0;
+        assert!((slope - expected).abs() < 1e-7, "{effect} {expected}");
     }
-
-    fn states_no_u(&self) -> bool {
-        self.moved.is_empty()
-    }
-
-    fn f_star(&self, light: &Spectrum) -> Result<f64, NoMismatch> {
-        spectral_mismatch(light, &self.calibration, &self.responsivity)
-    }
-}
-
-/// The spectrum of a direction.
-struct Light {
-    deg: (f64, f64),
-    spectrum: Spectrum,
-    /// Of each value, from noise.
-    variance: Vec<f64>,
-    illuminance_lx: f64,
-}
-
-/// The spectra of a run's lamp: of the directions that show colour, else of the axis alone.
-struct Lights {
-    of: Vec<Light>,
-    half_planes: Option<HalfPlanes>,
-    distance_mm: f64,
-}
-
-impl Lights {
-    fn of(run: &Run, options: &Options) -> Result<Option<Self>, ReduceError> {
-        if let Some(measured) = Measured::of(run, options)? {
-            let directions: Vec<(f64, f64)> = measured.directions.iter().map(|of| (of.c_deg, of.gamma_deg)).collect();
-            if let (true, Ok(half_planes)) = (directions.len() > 1, HalfPlanes::new(&directions)) {
-                let of = measured.directions.into_iter().map(|of| Light {
-                    deg: (of.c_deg, of.gamma_deg),
-                    spectrum: of.spectrum,
-                    variance: of.variance,
-                    illuminance_lx: of.illuminance_lx,
-                });
-                return Ok(Some(Self {
-                    of: of.collect(),
-                    half_planes: Some(half_planes),
-                    distance_mm: measured.distance_mm,
-                }));
-            }
-        }
-        Ok(on_axis(run, options)?.map(|axis| Self {
-            of: vec![Light {
-                deg: (0.0, 0.0),
-                variance: axis.u_expected_w_m2_nm.iter().map(|u| u * u).collect(),
-                illuminance_lx: axis.illuminance.value,
-                spectrum: axis.spectrum,
-            }],
-            half_planes: None,
-            distance_mm: axis.distance_mm,
-        }))
-    }
-}
-
-/// Relative standard uncertainties of F* by cause, the largest of all directions; noise that of the brightest direction,
-/// for the others average out.
-fn parts_rel(
-    head: &Head,
-    lights: &Lights,
-    f_star: &[f64],
-    known: &Known,
-) -> Result<BTreeMap<Cow<'static, str>, f64>, Fails> {
-    let mut parts: BTreeMap<Cow<'static, str>, f64> = BTreeMap::new();
-    let mut largest = |name: &'static str, change: f64| {
-        let part = parts.entry(name.into()).or_default();
-        *part = part.max(change.abs());
-    };
-    for (light, centre) in lights.of.iter().zip(f_star) {
-        let mut squares = 0.0;
-        for moved in &head.moved {
-            let there = spectral_mismatch(&light.spectrum, &head.calibration, moved)?;
-            squares += (there / centre - 1.0).powi(2);
-        }
-        largest("responsivity", squares.sqrt());
-        for (name, changed) in [
-            ("calibration_shape", shape_changed(&light.spectrum, known.shape_rel)),
-            ("calibration_bow", bow_changed(&light.spectrum, known.shape_rel)),
-            ("wavelength", wavelengths_changed(&light.spectrum, known.wavelength_nm)),
-        ] {
-            let there = changed.map_or(Ok(*centre), |changed| head.f_star(&changed))?;
-            largest(name, there / centre - 1.0);
-        }
-    }
-    let brightest = lights
-        .of
-        .iter()
-        .max_by(|a, b| a.illuminance_lx.total_cmp(&b.illuminance_lx));
-    largest("noise", brightest.map_or(0.0, |light| noise_rel(head, light)));
-    Ok(parts)
-}
-
-/// Relative standard deviation of F* from the noise of a spectrum at whole nanometres.
-fn noise_rel(head: &Head, light: &Light) -> f64 {
-    let v = Spectrum::from_1_nm(&cie::V_LAMBDA);
-    let at: Vec<(f64, f64, f64)> = (light.spectrum.wavelength_nm().iter().zip(light.spectrum.value()))
-        .map(|(nm, value)| {
-            let v = v.as_ref().map_or(0.0, |v| v.at_nm(*nm));
-            (*value, v, head.responsivity.at_nm(*nm))
-        })
-        .collect();
-    let ideal: f64 = at.iter().map(|(value, v, _)| value * v).sum();
-    let seen: f64 = at.iter().map(|(value, _, s)| value * s).sum();
-    let squares = at.iter().zip(&light.variance);
-    squares
-        .map(|((_, v, s), variance)| (v / ideal - s / seen).powi(2) * variance)
-        .sum::<f64>()
-        .sqrt()
 }
