@@ -1,6 +1,8 @@
 //! The lux meter's own response in a virtual darkroom: with the head's curve and the run's own spectra the flux comes
 //! home, without them it does not, and the budget says what that costs.
 
+#![expect(clippy::print_stdout, reason = "the figures of the book")]
+
 mod in_room;
 
 use camino::{Utf8Path, Utf8PathBuf};
@@ -280,6 +282,43 @@ fn a_curve_that_is_wrong_within_its_u_moves_the_flux_within_its_part() {
     }
 }
 
+/// Rooms with other heads and lamps, errors drawn within what is stated: how often the flux lies within U.
+/// `ISOLUX_ROOMS=60 cargo test -p isolux-app --test lux_meter -- --ignored --nocapture` for the figures of the book.
+#[test]
+#[ignore = "a second for each of many rooms"]
+fn with_the_curve_of_its_head_the_flux_lies_within_u() {
+    let rooms: u32 = std::env::var("ISOLUX_ROOMS").map_or(20, |text| text.parse().unwrap());
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    let mut normal = move |u: f64| {
+        let [radius, turn]: [f64; 2] = [random.random_range(1e-12..1.0), random.random_range(0.0..1.0)];
+        u * (-2.0 * f64::ln(radius)).sqrt() * (std::f64::consts::TAU * turn).cos()
+    };
+    let (mut with, mut without) = (0, 0);
+    for seed in 0..rooms {
+        let mut room = room();
+        room.seed = 100 + u64::from(seed);
+        room.luxmeter.gain_error_rel = normal(0.004);
+        room.luxmeter.head_shift_nm = normal(3.0);
+        room.luxmeter.head_blue_rel = normal(0.015).abs();
+        room.lamp.phosphor_rise_rel = normal(0.2).clamp(-0.4, 1.0);
+        room.injected_effects.distance_offset.offset_mm = normal(2.0);
+        room.injected_effects.gamma_zero.offset_deg = normal(0.03);
+        let mut run = record(&room, PLAN);
+        without += i32::from(off(&reduced(&run, &[]).flux, room.lamp.flux_lm).abs() <= 2.0);
+        run = with_curve(run, &responsivity(&room).unwrap());
+        let curve = &mut run.header.luxmeter.as_mut().unwrap().responsivity;
+        let (u_rel, cos, sin, period_nm) = (0.01, normal(1.0), normal(1.0), 120.0 + normal(60.0).abs());
+        curve.u_rel.fill(u_rel);
+        for (value, nm) in curve.value.iter_mut().zip(&curve.wavelength_nm) {
+            let turn = std::f64::consts::TAU * nm / period_nm;
+            *value *= 1.0 + u_rel * (cos * turn.cos() + sin * turn.sin());
+        }
+        with += i32::from(off(&reduced(&run, &[]).flux, room.lamp.flux_lm).abs() <= 2.0);
+    }
+    println!("of {rooms} rooms the flux lies within U in {with} with the curve of the head, in {without} without");
+    assert!(f64::from(with) >= 0.88 * f64::from(rooms));
+}
+
 /// The station of the run with a further line of its lux meter.
 fn state(run: &mut Run, line: &str) {
     let text = toml::to_string(&run.header.station).unwrap();
@@ -309,7 +348,7 @@ fn a_station_is_opened_with_the_curve_of_its_head_and_not_without_it() {
     let curve = responsivity(&room()).unwrap();
     write("head.csv", &curve.replace("\n400,", "\n4000,"));
     assert!(refused().message.contains("head.csv:10"), "{:?}", refused());
-    let flat: String = (36..=78).map(|k| format!("{}0,1.0,0.01\n", k)).collect();
+    let flat = (36..=78).fold(String::new(), |text, k| text + &format!("{k}0,1.0,0.01\n"));
     write("head.csv", &format!("wavelength_nm,responsivity,u_rel\n{flat}"));
     assert!(
         refused().message.contains("is no responsivity of a lux meter: f1′ is"),
@@ -324,7 +363,7 @@ fn a_station_is_opened_with_the_curve_of_its_head_and_not_without_it() {
         ("head.csv", 0.005)
     );
 
-    let light: String = (36..=80).map(|k| format!("{}0,1.0\n", k)).collect();
+    let light = (36..=80).fold(String::new(), |text, k| text + &format!("{k}0,1.0\n"));
     write("light.csv", &format!("wavelength_nm,power\n{light}"));
     let named = station.replacen("[luxmeter]\n", "[luxmeter]\ncalibration_light = \"light.csv\"\n", 1);
     write("station.toml", &named);

@@ -52,8 +52,9 @@ RWQJCYS6SDV8s3Ex87m6tZ1KnDOUxbspNrX0/C6QHSoLMfLzBInQzMJS
 fn state_head(folder: &Folder) {
     let bell = |nm: f64| (-0.5 * ((nm - 558.0) / 43.0).powi(2)).exp();
     let rows = (0..=42).map(|step| 370.0 + 10.0 * f64::from(step));
-    let rows: String = rows.map(|nm| format!("{nm},{:.4},0.0050\n", bell(nm))).collect();
-    folder.write("bench/head.csv", &format!("wavelength_nm,responsivity,u_rel\n{rows}"));
+    let head = "wavelength_nm,responsivity,u_rel\n".to_owned();
+    let text = rows.fold(head, |text, nm| text + &format!("{nm},{:.4},0.0050\n", bell(nm)));
+    folder.write("bench/head.csv", &text);
     let station = folder.read("bench/station.toml");
     let station = station.replacen("[luxmeter]\n", "[luxmeter]\nresponsivity = \"head.csv\"\n", 1);
     folder.write("bench/station.toml", &station);

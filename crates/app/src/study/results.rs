@@ -105,6 +105,7 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
         numbers: numbers.collect(),
         corrections: Correction::ALL
             .into_iter()
+            .filter(|correction| now.luxmeter.has(*correction))
             .map(|correction| Switch {
                 word: correction.as_str(),
                 what: what(correction),

@@ -57,6 +57,18 @@ impl MeterFacts {
         *self == Self::default()
     }
 
+    /// Whether there was something for this correction to take out; of those that are not the meter's always.
+    pub fn has(&self, correction: Correction) -> bool {
+        match correction {
+            Correction::SpectralMismatch => self.spectral_mismatch.is_some(),
+            Correction::Linearity => self.linearity.is_some(),
+            Correction::Temperature => self.temperature.is_some(),
+            Correction::Cosine => self.cosine.is_some(),
+            Correction::Fatigue => self.fatigue.is_some(),
+            _ => true,
+        }
+    }
+
     /// The parts of a budget that a draw of the record's inputs shows: corrected by a factor of what was read.
     pub(crate) fn corrected(&self) -> Vec<&'static str> {
         let factors = |name, found: Option<MeterFactors>| found.is_some_and(|found| found.corrected).then_some(name);

@@ -173,7 +173,7 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
     let mismatch = reduction.luxmeter.spectral_mismatch.as_ref();
     let factors = |found: Option<MeterFactors>| {
         found.map_or_else(
-            || "not corrected: not stated, or nothing to correct by".to_owned(),
+            || "not corrected".to_owned(),
             |found| format!("× {:.5} to {:.5}", found.factor[0], found.factor[1]),
         )
     };
@@ -203,19 +203,14 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
             Correction::Smoothing => ("smoothing within rounding and scatter", smoothing.clone()),
         }
     };
+    // That the spectral mismatch of a meter is not corrected concerns every lamp.
+    let listed = |correction: &Correction| meter.has(*correction) || *correction == Correction::SpectralMismatch;
     let mut rows: Vec<Vec<String>> = Correction::ALL
         .into_iter()
+        .filter(listed)
         .map(|correction| {
             let (name, how_much) = words(correction);
-            let nothing = match correction {
-                Correction::SpectralMismatch => mismatch.is_none(),
-                Correction::Linearity => meter.linearity.is_none(),
-                Correction::Temperature => meter.temperature.is_none(),
-                Correction::Cosine => meter.cosine.is_none(),
-                Correction::Fatigue => meter.fatigue.is_none(),
-                _ => false,
-            };
-            let off = nothing || reduction.without.contains(&correction);
+            let off = !meter.has(correction) || reduction.without.contains(&correction);
             vec![name.to_owned(), if off { "off" } else { "on" }.to_owned(), how_much]
         })
         .collect();
