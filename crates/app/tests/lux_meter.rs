@@ -285,7 +285,7 @@ fn a_curve_that_is_wrong_within_its_u_moves_the_flux_within_its_part() {
 /// Rooms with other heads and lamps, errors drawn within what is stated: how often the flux lies within U.
 /// `ISOLUX_ROOMS=60 cargo test -p isolux-app --test lux_meter -- --ignored --nocapture` for the figures of the book.
 #[test]
-#[ignore = "a second for each of many rooms"]
+#[ignore = "some seconds for each of many rooms"]
 fn with_the_curve_of_its_head_the_flux_lies_within_u() {
     let rooms: u32 = std::env::var("ISOLUX_ROOMS").map_or(20, |text| text.parse().unwrap());
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);

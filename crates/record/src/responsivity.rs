@@ -1,5 +1,5 @@
-//! Curves over wavelength beside a station that its lux meter names: what its head answers, and the light under which it
-//! was calibrated. A run keeps their numbers in run.toml, whose checksum speaks for every digit.
+//! Curves over wavelength beside a station that its lux meter names: what its head answers, and the light under which
+//! it was calibrated. A run keeps their numbers in run.toml, whose checksum speaks for every digit.
 
 use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
@@ -41,12 +41,12 @@ pub struct WavelengthCurve {
 }
 
 impl WavelengthCurve {
-    /// The relative spectral responsivity of a head: `wavelength_nm`, `responsivity` and, where they are known, `u_rel`.
-    /// A line that begins with `#` is a comment.
+    /// The relative spectral responsivity of a head: `wavelength_nm`, `responsivity` and, where they are known,
+    /// `u_rel`. A line that begins with `#` is a comment.
     ///
     /// # Errors
-    /// [`ObservationError`] with line for a missing column, numbers that are none, wavelengths that do not rise or leave
-    /// out a part of 380 nm to 780 nm.
+    /// [`ObservationError`] with line for a missing column, numbers that are none, wavelengths that do not rise or
+    /// leave out a part of 380 nm to 780 nm.
     pub fn responsivity(file: &Utf8Path, text: &str) -> Result<Self, ObservationError> {
         Self::parse(file, text, "responsivity")
     }

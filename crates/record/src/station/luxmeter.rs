@@ -91,8 +91,8 @@ pub struct Linearity {
     pub u_rel: f64,
 }
 
-/// Directional response (ISO/CIE 19476, f2): over the cosine of the angle of incidence, and over that of light along the
-/// normal.
+/// Directional response (ISO/CIE 19476, f2): over the cosine of the angle of incidence, and over that of light along
+/// the normal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cosine {

@@ -165,8 +165,8 @@ impl Lights {
     }
 }
 
-/// Relative standard uncertainties of F* by cause, the largest of all directions; noise that of the brightest direction,
-/// for the others average out.
+/// Relative standard uncertainties of F* by cause, the largest of all directions; noise that of the brightest
+/// direction, for the others average out.
 ///
 /// # Errors
 /// A light without F*.

@@ -1,5 +1,5 @@
-//! Readings of the lux meter as it would give them in proportion to the light, at the temperature of its calibration and
-//! rested: linearity first, then temperature and fatigue, before anything is subtracted.
+//! Readings of the lux meter as it would give them in proportion to the light, at the temperature of its calibration
+//! and rested: linearity first, then temperature and fatigue, before anything is subtracted.
 
 use std::borrow::Cow;
 

@@ -116,8 +116,8 @@ impl SpectralMatch {
         field.f_star(c_deg, gamma_deg.min(180.0))
     }
 
-    /// The table of the effect that makes readings of the lamp's light again, as a model file has it: 1/F* by a straight
-    /// line over γ, the nearest to all directions. None where nothing was corrected.
+    /// The table of the effect that makes readings of the lamp's light again, as a model file has it: 1/F* by a
+    /// straight line over γ, the nearest to all directions. None where nothing was corrected.
     pub fn effect(&self) -> Option<String> {
         let field = self.field.as_ref()?;
         let factor = 1.0 / field.f_star(0.0, 0.0);
@@ -150,7 +150,8 @@ impl SpectralMatch {
             Some(index) => {
                 let spread = heads::spread(&lights, index);
                 let note = format!(
-                    "{begin}; heads of f1′ {:.1} % read {what} wrong by {}, and ± holds {:.1} % (k = 1) for it; {no_bound}",
+                    "{begin}; heads of f1′ {:.1} % read {what} wrong by {}, and ± holds {:.1} % (k = 1) for it; \
+                     {no_bound}",
                     100.0 * index,
                     range(spread),
                     100.0 * spread.rms
@@ -165,8 +166,8 @@ impl SpectralMatch {
                 let [good, ordinary] = ORDINARY.map(|index| range(heads::spread(&lights, index)));
                 let [first, second] = ORDINARY.map(|index| 100.0 * index);
                 let note = format!(
-                    "{begin} and no luxmeter.f1_prime_rel; heads of f1′ {first} % read {what} wrong by {good}, of {second} % \
-                     by {ordinary}, and ± holds nothing of it beyond luxmeter.u_rel; {no_bound}"
+                    "{begin} and no luxmeter.f1_prime_rel; heads of f1′ {first} % read {what} wrong by {good}, of \
+                     {second} % by {ordinary}, and ± holds nothing of it beyond luxmeter.u_rel; {no_bound}"
                 );
                 Self {
                     note: Some(note),
@@ -186,8 +187,8 @@ impl SpectralMatch {
         Self {
             u_rel,
             note: Some(format!(
-                "the lux meter's spectral mismatch is not corrected: the run has no spectrum of the lamp; its head reads white \
-                 LEDs wrong by up to {:.1} %, and ± holds {:.1} % (k = 1) for it",
+                "the lux meter's spectral mismatch is not corrected: the run has no spectrum of the lamp; its head \
+                 reads white LEDs wrong by up to {:.1} %, and ± holds {:.1} % (k = 1) for it",
                 100.0 * largest,
                 100.0 * u_rel
             )),
@@ -217,7 +218,10 @@ impl SpectralMatch {
             } else {
                 "the same for every direction, whose colour was not read".to_owned()
             };
-            format!("readings are corrected by the spectral mismatch factor F* of the lux meter's head: {on_axis:.4} on the axis, {where_from}")
+            format!(
+                "readings are corrected by the spectral mismatch factor F* of the lux meter's head: {on_axis:.4} on the \
+                 axis, {where_from}"
+            )
         });
         let mut missing = Vec::new();
         if corrected {
