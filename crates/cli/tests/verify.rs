@@ -48,6 +48,18 @@ const PUBLIC_KEY: &str = "untrusted comment: minisign public key B37C3548BA84090
 RWQJCYS6SDV8s3Ex87m6tZ1KnDOUxbspNrX0/C6QHSoLMfLzBInQzMJS
 ";
 
+/// States what the head of the lux meter answers.
+fn state_head(folder: &Folder) {
+    let bell = |nm: f64| (-0.5 * ((nm - 558.0) / 43.0).powi(2)).exp();
+    let rows = (0..=42).map(|step| 370.0 + 10.0 * f64::from(step));
+    let head = "wavelength_nm,responsivity,u_rel\n".to_owned();
+    let text = rows.fold(head, |text, nm| text + &format!("{nm},{:.4},0.0050\n", bell(nm)));
+    folder.write("bench/head.csv", &text);
+    let station = folder.read("bench/station.toml");
+    let station = station.replacen("[luxmeter]\n", "[luxmeter]\nresponsivity = \"head.csv\"\n", 1);
+    folder.write("bench/station.toml", &station);
+}
+
 /// A day of a job with its report on paper, reduced a second time with a model.
 fn day() -> Folder {
     let folder = Folder::in_memory();
@@ -55,6 +67,7 @@ fn day() -> Folder {
     folder.write("bench/plan.toml", PLAN);
     let scene = folder.read("bench/scene.toml");
     folder.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[16, 16]"));
+    state_head(&folder);
     folder.isolux(&["run", "bench/job.toml", "--out", "day"], 0);
     folder.isolux(&["report", "day", "--pdf"], 0);
     let model = "day/results/luminaire.model.toml";
@@ -336,6 +349,7 @@ fn a_station_or_calibration_that_is_not_that_of_the_run_is_named() {
     let folder = Folder::in_memory();
     folder.isolux(&["init", "bench"], 0);
     folder.write("bench/plan.toml", PLAN);
+    state_head(&folder);
     folder.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
     let station = ["--station", "bench/station.toml"];
     verify(&folder, "run", &station, 0);
@@ -354,6 +368,12 @@ fn a_station_or_calibration_that_is_not_that_of_the_run_is_named() {
         differ.len() == 1 && differ[0].0.ends_with("spectroradiometer.csv"),
         "{differ:?}"
     );
+    let head = folder.read("bench/head.csv");
+    let changed = head.replacen("\n560,0.9989", "\n560,0.9988", 1);
+    assert!(changed != head, "{head}");
+    folder.write("bench/head.csv", &changed);
+    let differ = of(&verify(&folder, "run", &station, 1), "differs");
+    assert!(differ.len() == 2 && differ[0].0.ends_with("head.csv"), "{differ:?}");
 }
 
 #[test]

@@ -12,6 +12,7 @@ pub mod own_clock;
 pub mod plan;
 pub mod reading;
 pub mod readings;
+pub mod responsivity;
 mod row_crc;
 pub mod run;
 mod run_lock;

@@ -353,6 +353,9 @@ fn same_bench(path: &Utf8Path, run: &RunHeader, now: &RunHeader) -> Result<(), R
     if run.spectral != now.spectral {
         return Err(changed("the spectral calibration".to_owned()));
     }
+    if run.luxmeter != now.luxmeter {
+        return Err(changed("the spectral responsivity of the lux meter".to_owned()));
+    }
     for (before, after) in run.device.iter().zip(&now.device) {
         if before.role != after.role || before.model != after.model || before.serial != after.serial {
             let name = |device: &DeviceRecord| {

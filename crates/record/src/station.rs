@@ -1,6 +1,7 @@
 //! `isolux-station/1`: the bench, its axes, its instruments and how to open them.
 
 mod document;
+mod luxmeter;
 mod ratio;
 mod traceability;
 pub(crate) mod valid;
@@ -9,9 +10,10 @@ use camino::{Utf8Path, Utf8PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use self::document::{
-    Access, Axes, Axis, Bench, BenchType, DrivenRail, Lamp, LuxMeter, PowerMeter, Rail, Spectroradiometer, Stable,
+    Access, Axes, Axis, Bench, BenchType, DrivenRail, Lamp, PowerMeter, Rail, Spectroradiometer, Stable,
     StationDocument, Supply,
 };
+pub use self::luxmeter::{Cosine, Fatigue, Linearity, LuxMeter, Temperature};
 pub use self::ratio::{NotARatio, Ratio};
 pub use self::traceability::Traceability;
 pub(crate) use self::traceability::is_day;
@@ -130,8 +132,25 @@ impl Station {
     /// The spectroradiometer's calibration file, resolved against the folder of the station file; none for `device`.
     pub fn spectral_calibration(&self, station_file: &Utf8Path) -> Option<Utf8PathBuf> {
         let name = &self.0.spectroradiometer.as_ref()?.calibration;
-        (name != "device").then(|| station_file.parent().unwrap_or(Utf8Path::new(".")).join(name))
+        (name != "device").then(|| beside(station_file, name))
     }
+
+    /// The file of the lux meter's spectral responsivity, resolved likewise.
+    pub fn responsivity(&self, station_file: &Utf8Path) -> Option<Utf8PathBuf> {
+        let name = self.luxmeter().responsivity.as_ref()?;
+        Some(beside(station_file, name))
+    }
+
+    /// The file of the light under which the lux meter was calibrated, resolved likewise; none for illuminant A.
+    pub fn calibration_light(&self, station_file: &Utf8Path) -> Option<Utf8PathBuf> {
+        let name = self.luxmeter().calibration_light.as_ref()?;
+        Some(beside(station_file, name))
+    }
+}
+
+/// A file that a station names, relative to the folder of its own.
+fn beside(station_file: &Utf8Path, name: &str) -> Utf8PathBuf {
+    station_file.parent().unwrap_or(Utf8Path::new(".")).join(name)
 }
 
 impl TryFrom<StationDocument> for Station {
@@ -223,6 +242,26 @@ prompt = "switch the lamp"
             ),
             ("u_rel = 0.01", "u_rel = 1.5", "s.toml:26:1: luxmeter.u_rel"),
             ("u_rel = 0.01", "u_rel = nan", "luxmeter.u_rel: is NaN"),
+            (
+                "u_rel = 0.01",
+                "u_rel = 0.01\nf1_prime_rel = 3.0",
+                "s.toml:27:1: luxmeter.f1_prime_rel: is 3, expected 0 to 0.3 (a fraction: 0.03 is 3 %)",
+            ),
+            (
+                "u_rel = 0.01",
+                "u_rel = 0.01\nresponsivity = \" \"",
+                "luxmeter.responsivity: is empty",
+            ),
+            (
+                "u_rel = 0.01",
+                "u_rel = 0.01\ncalibration_light = \"\"",
+                "luxmeter.calibration_light: is empty",
+            ),
+            (
+                "u_rel = 0.01",
+                "u_rel = 0.01\nresponsivity = \"head.csv\"\nf1_prime_rel = 0.03",
+                "luxmeter.f1_prime_rel: is that of `responsivity`",
+            ),
             (
                 "distance_mm = 10000.0",
                 "distance_mm = 1e308",

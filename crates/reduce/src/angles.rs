@@ -84,8 +84,9 @@ fn angle(
     }
     add(&mut weights, &node_weights(found.top_deg), share * deg_per_cd);
     let mut parts = budget::weighted_sum(grid, &weights, common, "°").parts;
-    for factor in ["calibration", "distance", "drift"] {
-        parts.remove(factor);
+    // What is a factor of every intensity moves no angle.
+    for factor in ["calibration", "distance", "drift"].iter().chain(&budget::OF_METER) {
+        parts.remove(*factor);
     }
     let level_cd = share * at(found.top_deg);
     parts.insert(

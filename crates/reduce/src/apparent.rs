@@ -17,8 +17,14 @@ pub struct Apparent {
     pub u_cd: f64,
 }
 
-/// The distances other than `main_mm` at which the axis was read, rising.
-pub fn other_distances(all: &[Reading], main_mm: f64, subtract: Subtract) -> Vec<Apparent> {
+/// The distances other than `main_mm` at which the axis was read, rising; `factor` corrects the meter's
+/// response there, by the distance.
+pub fn other_distances(
+    all: &[Reading],
+    main_mm: f64,
+    subtract: Subtract,
+    factor: impl Fn(f64) -> f64,
+) -> Vec<Apparent> {
     let mut on_axis: Vec<&Reading> = all
         .iter()
         .filter(|row| row.kind == ReadingKind::Lit && row.distance_mm != main_mm && row.gamma_target_deg == 0.0)
@@ -31,7 +37,7 @@ pub fn other_distances(all: &[Reading], main_mm: f64, subtract: Subtract) -> Vec
             let distance_mm = group[0].distance_mm;
             let background = Background::of(all, distance_mm);
             let level = Level::of(group.iter().copied())?;
-            let per_lx = (distance_mm * 1e-3).powi(2);
+            let per_lx = factor(distance_mm) * (distance_mm * 1e-3).powi(2);
             let (noise, digit) = background.u_lx(0.0, subtract);
             Some(Apparent {
                 distance_mm,

@@ -30,6 +30,11 @@ impl Bench {
         self.of_the_bench().chain(near_field).map(table).collect()
     }
 
+    /// Whether it takes out the effect of this name.
+    pub fn takes_out(&self, name: &str) -> bool {
+        self.of_the_bench().any(|effect| effect.name() == name)
+    }
+
     fn has(&self, level: ReadingKind) -> bool {
         let mut effects = self.model.effects().iter();
         effects.any(|effect| effect.spec().takes_over() == Some(level))

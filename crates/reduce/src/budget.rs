@@ -32,7 +32,25 @@ pub struct Common {
     pub drift_rel: f64,
     /// γ.
     pub gamma_deg: f64,
+    /// Spectral mismatch of the lux meter.
+    #[serde(default)]
+    pub spectral_mismatch_rel: f64,
+    /// Its linearity.
+    #[serde(default)]
+    pub linearity_rel: f64,
+    /// Its temperature.
+    #[serde(default)]
+    pub temperature_rel: f64,
+    /// Its directional response.
+    #[serde(default)]
+    pub cosine_rel: f64,
+    /// Its fatigue.
+    #[serde(default)]
+    pub fatigue_rel: f64,
 }
+
+/// Parts of the lux meter's own response: where there is nothing of them they are no part.
+pub const OF_METER: [&str; 5] = ["spectral_mismatch", "linearity", "temperature", "cosine", "fatigue"];
 
 impl Common {
     /// What adds to every intensity alike, cd.
@@ -49,7 +67,7 @@ impl Common {
 
     /// What they make of a weighted sum Σ w·I: of its value, of the sum of its weights, and of its slope over γ per
     /// degree.
-    fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 9] {
+    fn parts(&self, value: f64, weights: f64, per_deg: f64) -> [(&'static str, f64); 14] {
         [
             ("dark_noise", weights * self.dark_noise_cd),
             ("dark_digit", weights * self.dark_digit_cd),
@@ -61,6 +79,11 @@ impl Common {
             ("drift", value * self.drift_rel),
             // All readings stand at a γ that is wrong by the same angle.
             ("angle", per_deg * self.gamma_deg),
+            ("spectral_mismatch", value * self.spectral_mismatch_rel),
+            ("linearity", value * self.linearity_rel),
+            ("temperature", value * self.temperature_rel),
+            ("cosine", value * self.cosine_rel),
+            ("fatigue", value * self.fatigue_rel),
         ]
     }
 }
@@ -109,11 +132,12 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
     let parts = own.into_iter().chain(common.parts(value, total, per_deg));
     // Bounds of what was measured are no part of it.
     let bounds = ["offset", "ambient", "stray"];
+    let no_part = |name: &str| bounds.contains(&name) || OF_METER.contains(&name);
     Quantity::new(
         value,
         unit,
         parts
-            .filter(|(name, part)| *part != 0.0 || !bounds.contains(name))
+            .filter(|(name, part)| *part != 0.0 || !no_part(name))
             .chain(smoothing),
     )
 }

@@ -16,6 +16,16 @@ pub enum Correction {
     Ambient,
     /// Stray light made by the lamp, from baffled readings.
     Stray,
+    /// The head's spectral responsivity, by F* of the lamp's spectra.
+    SpectralMismatch,
+    /// The meter's departure from proportion to the light.
+    Linearity,
+    /// The meter's responsivity at the temperature of the room.
+    Temperature,
+    /// The meter's response to light that does not come along its normal.
+    Cosine,
+    /// What light took from the meter's responsivity.
+    Fatigue,
     /// The square of each reading's own distance; off: of the station's.
     InverseSquare,
     /// Drift of lamp and meter, from the visits to the reference point.
@@ -28,10 +38,15 @@ pub enum Correction {
 
 impl Correction {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 12] = [
         Self::Dark,
         Self::Ambient,
         Self::Stray,
+        Self::SpectralMismatch,
+        Self::Linearity,
+        Self::Temperature,
+        Self::Cosine,
+        Self::Fatigue,
         Self::InverseSquare,
         Self::Drift,
         Self::SpectralDark,
@@ -44,6 +59,11 @@ impl Correction {
             Self::Dark => "dark",
             Self::Ambient => "ambient",
             Self::Stray => "stray",
+            Self::SpectralMismatch => "spectral_mismatch",
+            Self::Linearity => "linearity",
+            Self::Temperature => "temperature",
+            Self::Cosine => "cosine",
+            Self::Fatigue => "fatigue",
             Self::InverseSquare => "inverse_square",
             Self::Drift => "drift",
             Self::SpectralDark => "spectral_dark",
@@ -60,8 +80,13 @@ impl fmt::Display for Correction {
 
 /// A word that is no correction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no correction; there are dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing")]
+#[error("`{0}` is no correction; there are {all}", all = words())]
 pub struct UnknownCorrection(String);
+
+/// The words of all corrections.
+fn words() -> String {
+    Correction::ALL.map(Correction::as_str).join(", ")
+}
 
 impl FromStr for Correction {
     type Err = UnknownCorrection;

@@ -7,12 +7,14 @@ use crate::background::{Background, Subtract};
 use crate::bench::Bench;
 use crate::correction::Correction;
 use crate::error::ReduceError;
+use crate::meter::Meter;
 use crate::samples::Corrected;
 
 /// How lux becomes intensity: what is subtracted, and at which distance it counts.
 #[derive(Debug)]
 pub struct Conversion<'a> {
     background: &'a Background,
+    meter: &'a Meter<'a>,
     /// What is corrected, by the run's own levels or by a model.
     pub corrected: Subtract,
     /// What the run's own levels correct.
@@ -24,7 +26,7 @@ pub struct Conversion<'a> {
 }
 
 impl<'a> Conversion<'a> {
-    /// For the readings of `run`, with the effects of `bench` taken out.
+    /// For the readings of `run` by `meter`, with the effects of `bench` taken out.
     ///
     /// # Errors
     /// [`ReduceError::Format`] for an effect of `bench` without inverse.
@@ -33,6 +35,7 @@ impl<'a> Conversion<'a> {
         options: &Options,
         bench: Option<&Bench>,
         background: &'a Background,
+        meter: &'a Meter<'a>,
     ) -> Result<Self, ReduceError> {
         let on = |correction| !options.without.contains(&correction);
         let corrected = Subtract {
@@ -49,6 +52,7 @@ impl<'a> Conversion<'a> {
         let by_model = bench.map(|bench| inverted(bench, &run.readings.rows, background, subtract));
         Ok(Self {
             background,
+            meter,
             corrected,
             subtract,
             counted_at_mm: (!on(Correction::InverseSquare)).then(|| run.header.station.bench().distance_mm),
@@ -58,6 +62,17 @@ impl<'a> Conversion<'a> {
 
     /// Intensity of a lit reading of `lux`.
     pub fn intensity(&self, row: &Reading, lux: f64) -> Corrected {
+        let read = self.as_read(row, lux);
+        let factor = self.meter.factor(read.c_deg, read.gamma_deg, row.distance_mm);
+        Corrected {
+            intensity_cd: factor * read.intensity_cd,
+            cd_per_lx: factor * read.cd_per_lx,
+            ..read
+        }
+    }
+
+    /// The same as the meter weighs the light.
+    fn as_read(&self, row: &Reading, lux: f64) -> Corrected {
         let by_model = self.by_model.as_ref();
         if let Some(corrected) = by_model.and_then(|corrected| corrected[row.index as usize]) {
             return corrected;

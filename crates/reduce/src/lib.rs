@@ -28,6 +28,7 @@ mod headline;
 mod intensity;
 mod interpolation;
 mod known;
+mod meter;
 mod monte_carlo;
 mod near_field;
 mod normal;
@@ -75,6 +76,7 @@ pub use feasibility::check_feasibility;
 pub use finding::{Accepted, Evidence, Finding, note};
 pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
+pub use meter::{MeterFactors, MeterFacts, SpectralMismatch};
 pub use monte_carlo::{MonteCarlo, Propagated};
 pub use over_angle::{
     AverageColour, ColourOverAngle, DirectionColour, LargestDifference, LeftOut, OverAngle, TotalColour,
@@ -90,6 +92,7 @@ pub use straight::straight_lines_miss_cd;
 
 use bench::Bench;
 use floor::Floor;
+use meter::Response;
 use sweeps::InMotion;
 
 /// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class
@@ -121,6 +124,8 @@ pub struct Reduction {
     pub subtract: Subtract,
     /// Drift of the reference.
     pub drift: Drift,
+    /// What is known of the lux meter's own response.
+    pub luxmeter: MeterFacts,
     /// Uncertainties that all readings share.
     pub common: Common,
     /// Distance of the readings of the distribution.
@@ -159,8 +164,8 @@ pub struct Reduction {
     pub without: BTreeSet<Correction>,
     /// Effects that a model took out.
     pub removed_effects: Vec<String>,
-    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out, or
-    /// what was fitted to the stray light.
+    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out,
+    /// what was fitted to the stray light, what was corrected of the lux meter's response.
     pub bench_effects: Vec<String>,
 }
 
@@ -182,17 +187,19 @@ pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Redu
 
 /// The same, of a run in order whose sweeps are readings.
 fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    let by_model = model.map(|model| Bench {
+        model,
+        measured_by_the_run: false,
+    });
+    let response = Response::of(run, options, by_model.as_ref());
+    let run = &*response.applied(run);
     let spectral = || spectral::on_axis(run, options);
-    if let Some(model) = model {
-        let bench = Bench {
-            model,
-            measured_by_the_run: false,
-        };
-        let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), spectral)?;
-        reduction.bench_effects = bench.tables();
+    if let Some(bench) = by_model {
+        let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), &response, spectral)?;
+        reduction.bench_effects.extend(bench.tables());
         return Ok(reduction);
     }
-    let plain = pipeline::reduce(run, in_motion, options, None, spectral)?;
+    let plain = pipeline::reduce(run, in_motion, options, None, &response, spectral)?;
     let Some(floor) = Floor::of(run, &plain) else {
         return Ok(plain);
     };
@@ -202,7 +209,8 @@ fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Mod
         measured_by_the_run: true,
     };
     // No effect of the bench is in the spectrum.
-    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), || Ok(plain.spectral.clone()))?;
-    reduction.bench_effects = vec![table];
+    let again = || Ok(plain.spectral.clone());
+    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), &response, again)?;
+    reduction.bench_effects.push(table);
     Ok(reduction)
 }

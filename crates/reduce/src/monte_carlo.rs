@@ -7,14 +7,18 @@
 //! | digit of a reading | even within ± half; one for all equal displays that noise does not dither | 6.4.2 |
 //! | calibration of the lux meter, of the spectroradiometer; distances; γ; wavelengths | normal, one for all | 6.4.7 |
 //! | tilt and bow of the spectroradiometer's calibration | normal, one each for all | 6.4.7 |
+//! | responsivity of the lux meter's head | normal, one for each of two waves over wavelength | 6.4.7 |
+//! | its linearity, temperature coefficient and temperature | normal, one each for all | 6.4.7 |
 //!
 //! What no record shows (interpolation, limited distance, bounds of light that was not measured) is not drawn: of a
 //! quantity that has such parts, the others are compared.
 
 use isolux_record::Run;
+use isolux_record::station::LuxMeter;
 use serde::Serialize;
 
 use crate::background::noise_of_one;
+use crate::meter::waves;
 use crate::normal::Normal;
 use crate::{Options, Quantity, ReduceError, Reduction, reduce};
 
@@ -65,6 +69,8 @@ pub struct MonteCarlo<'a> {
     run: &'a Run,
     options: &'a Options,
     centre: Vec<(String, Quantity)>,
+    /// Parts of the lux meter's own response that were corrected: what is not corrected is not drawn.
+    of_meter: Vec<&'static str>,
 }
 
 impl<'a> MonteCarlo<'a> {
@@ -76,8 +82,13 @@ impl<'a> MonteCarlo<'a> {
         if !run.sweeps.is_empty() {
             return Err(ReduceError::NotDrawn);
         }
-        let centre = quantities(&reduce(run, options, None)?);
-        Ok(Self { run, options, centre })
+        let reduction = reduce(run, options, None)?;
+        Ok(Self {
+            run,
+            options,
+            of_meter: reduction.luxmeter.corrected(),
+            centre: quantities(&reduction),
+        })
     }
 
     /// The quantities of the draw of this number, in the order of the centre, none where that record gives none. The
@@ -108,7 +119,7 @@ impl<'a> MonteCarlo<'a> {
             let (known, others): (Vec<_>, Vec<_>) = quantity
                 .parts
                 .iter()
-                .partition(|(part, _)| DRAWN.contains(&part.as_ref()));
+                .partition(|(part, _)| DRAWN.contains(&part.as_ref()) || self.of_meter.contains(&part.as_ref()));
             (values.len() > 1).then(|| Propagated {
                 name: name.clone(),
                 unit: quantity.unit.to_string(),
@@ -174,6 +185,7 @@ fn drawn(run: &Run, number: u64) -> Run {
         |share: f64, u_mm: Option<f64>, distance_mm: f64| (1.0 + u_mm.unwrap_or(0.0) / distance_mm * share).powi(2);
     let (gain, distance) = (1.0 + meter.u_rel * normal.next(), normal.next());
     let gamma_deg = bench.u_gamma_deg.unwrap_or(0.0) * normal.next();
+    let gain = Gain::of(meter, gain, number);
     for row in &mut run.readings.rows {
         let Some(shown_lx) = row.illuminance_lx else { continue };
         let digit_lx = row.digit_lx.unwrap_or(0.0);
@@ -186,8 +198,18 @@ fn drawn(run: &Run, number: u64) -> Run {
             normal.unit()
         };
         let lux = shown_lx + noise_lx * normal.next() + digit_lx * (rounding - 0.5);
-        row.illuminance_lx = Some(gain * of_distance(distance, bench.u_distance_mm, row.distance_mm) * lux);
+        row.illuminance_lx =
+            Some(gain.at(row.ambient_c) * of_distance(distance, bench.u_distance_mm, row.distance_mm) * lux);
         row.gamma_deg += gamma_deg;
+    }
+    if let Some(curves) = &mut run.header.luxmeter {
+        let curve = &mut curves.responsivity;
+        for wave in waves(&curve.wavelength_nm, &curve.u_rel) {
+            let amount = normal.next();
+            for (value, rel) in curve.value.iter_mut().zip(wave) {
+                *value *= 1.0 + amount * rel;
+            }
+        }
     }
     let Some(spectro) = station.spectroradiometer() else {
         return run;
@@ -207,4 +229,35 @@ fn drawn(run: &Run, number: u64) -> Run {
         }
     }
     run
+}
+
+/// What all readings share, by the temperature.
+struct Gain {
+    level: f64,
+    /// Relative for a kelvin, and at the temperature of the calibration.
+    per_k: f64,
+    reference_c: f64,
+}
+
+impl Gain {
+    fn of(meter: &LuxMeter, level: f64, number: u64) -> Self {
+        // Numbers of their own: without these keys the draws are those of the other inputs.
+        let mut normal = Normal::new(number.wrapping_mul(0xD6E8_FEB8_6659_FD93) ^ 0x6C);
+        let linearity = meter.linearity.as_ref().map_or(0.0, |stated| stated.u_rel) * normal.next();
+        let mut gain = Self {
+            level: level * (1.0 + linearity),
+            per_k: 0.0,
+            reference_c: 0.0,
+        };
+        if let Some(stated) = &meter.temperature {
+            gain.per_k = stated.u_coefficient_per_k * normal.next();
+            gain.reference_c = stated.reference_c;
+            gain.level *= 1.0 + stated.coefficient_per_k * stated.u_temperature_k * normal.next();
+        }
+        gain
+    }
+
+    fn at(&self, ambient_c: Option<f64>) -> f64 {
+        self.level * (1.0 + self.per_k * ambient_c.map_or(0.0, |ambient_c| ambient_c - self.reference_c))
+    }
 }

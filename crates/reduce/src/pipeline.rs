@@ -20,6 +20,7 @@ use crate::finding::{self, Accepted, Finding};
 use crate::grid::Grid;
 use crate::headline::Headline;
 use crate::intensity::Conversion;
+use crate::meter::{Meter, Response};
 use crate::notes;
 use crate::over_angle;
 use crate::partial::Partial;
@@ -31,8 +32,8 @@ use crate::sweeps::{Checked, InMotion};
 use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
-/// Reduces a run with readings for its sweeps, judged by the directions read at rest, with the effects of `bench` taken
-/// out of its lit readings; `spectral` gives its spectrum on the axis.
+/// Reduces a run with readings for its sweeps, `response` applied, judged by the directions read at rest, with the
+/// effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis.
 ///
 /// # Errors
 /// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
@@ -42,6 +43,7 @@ pub fn reduce(
     in_motion: &InMotion,
     options: &Options,
     bench: Option<&Bench>,
+    response: &Response,
     spectral: impl FnOnce() -> Result<Option<SpectralResult>, ReduceError>,
 ) -> Result<Reduction, ReduceError> {
     let on = |correction| !options.without.contains(&correction);
@@ -54,7 +56,8 @@ pub fn reduce(
     } = blocks::Chosen::of(run)?;
     let station = &run.header.station;
     let background = Background::of(all, distance_mm);
-    let conversion = Conversion::new(run, options, bench, &background)?;
+    let meter = Meter::of(run, options, bench, response)?;
+    let conversion = Conversion::new(run, options, bench, &background, &meter)?;
     let Conversion {
         corrected, subtract, ..
     } = conversion;
@@ -86,9 +89,11 @@ pub fn reduce(
     );
     // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
     let common = common(run, &background, corrected, &drift, &grid, distance_mm, &unmeasured);
+    let common = meter.shared(common);
     let not_known = NotKnown {
         partial: partial.as_ref(),
         unmeasured: &unmeasured,
+        meter: &meter,
         accepted: accepted.is_some(),
         own_distance: conversion.counted_at_mm.is_none_or(|own_mm| own_mm == distance_mm),
         reference: reference.missing(on(Correction::Drift)),
@@ -117,6 +122,7 @@ pub fn reduce(
     notes.extend(between.iter().map(Between::note));
     notes.extend(checked);
     notes.extend(background.notes.clone());
+    notes.extend(meter.notes());
     notes.extend(accepted.iter().map(finding::note));
     notes.extend(left_out);
     notes.extend(circle::note(grid.assumed));
@@ -127,11 +133,12 @@ pub fn reduce(
     notes.extend(no_colours);
     notes.extend(notes::run_notes(run, &options.without, &background, used, rows.len()));
     Ok(Reduction {
-        other_distances: apparent::other_distances(all, distance_mm, subtract),
+        other_distances: apparent::other_distances(all, distance_mm, subtract, |mm| meter.factor(0.0, 0.0, mm)),
         spectral,
         over_angle,
         subtract,
         drift,
+        luxmeter: meter.facts(),
         common,
         distance_mm,
         electrical: Electrical::of(&rows, station, &headline.flux),
@@ -150,7 +157,7 @@ pub fn reduce(
         notes,
         without: options.without.clone(),
         removed_effects: bench.map_or_else(Vec::new, Bench::effects),
-        bench_effects: Vec::new(),
+        bench_effects: meter.effects(),
         grid,
         background,
     })
@@ -230,6 +237,7 @@ impl Levelled {
 struct NotKnown<'a> {
     partial: Option<&'a Partial>,
     unmeasured: &'a Unmeasured,
+    meter: &'a Meter<'a>,
     /// A drift or a disagreement was accepted.
     accepted: bool,
     /// The readings count as taken at the station's distance, and were.
@@ -243,6 +251,7 @@ impl NotKnown<'_> {
     fn of(self, station: &Station) -> Vec<String> {
         let mut missing: Vec<String> = self.partial.iter().map(|partial| partial.words()).collect();
         missing.extend(self.unmeasured.missing.iter().cloned());
+        missing.extend(self.meter.missing());
         missing.extend(self.accepted.then(|| finding::ACCEPTED.to_owned()));
         missing.extend(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()));
         missing.extend(station.bench().u_gamma_deg.is_none().then(|| NO_GAMMA.to_owned()));
@@ -309,5 +318,6 @@ fn common(
         calibration_rel: station.luxmeter().u_rel,
         drift_rel: drift.u_rel(),
         gamma_deg: station.bench().u_gamma_deg.unwrap_or(0.0),
+        ..Common::default()
     }
 }

@@ -1,5 +1,6 @@
 //! Runs made from closed forms, reduced.
 
+mod meter;
 mod missing;
 mod partial;
 mod shapes;

@@ -18,6 +18,7 @@ pub mod far_field;
 mod fault;
 pub mod filament;
 pub mod floor;
+pub mod head;
 pub mod illuminator;
 pub mod injected_effects;
 pub mod meter;

@@ -248,6 +248,10 @@ part! {
         /// Where a clock that runs all the time stands when the room is opened: so long after it the first conversion
         /// begins, s.
         clock_phase_s: f64 = 0.0, 0.0..=60.0;
+        /// Its head is V(λ) displaced by so much to longer wavelengths, nm.
+        head_shift_nm: f64 = 0.0, -20.0..=20.0;
+        /// And leaks light about 440 nm by so much of its largest responsivity.
+        head_blue_rel: f64 = 0.0, 0.0..=0.2;
     }
 }
 

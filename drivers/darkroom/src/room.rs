@@ -6,6 +6,7 @@ use isolux_document::DocumentError;
 use crate::document::Darkroom;
 use crate::far_field::FarField;
 use crate::floor::Floor;
+use crate::head::Head;
 use crate::illuminator::{Illuminator, Ray};
 use crate::meter;
 use crate::mount::Mounted;
@@ -55,6 +56,8 @@ pub struct Room {
     lamp: Illuminator,
     floor: Option<(Floor, FarField)>,
     spectrum: LampSpectrum,
+    /// None where it is V(λ).
+    head: Option<Head>,
 }
 
 /// Seven-point rule on the unit disc, exact to fifth order (Abramowitz & Stegun 25.4.61): (y, z, weight).
@@ -75,10 +78,12 @@ impl Room {
     pub fn new(document: Darkroom) -> Self {
         let floor = &document.injected_effects.floor_reflection;
         let lamp = Illuminator::new(&document.lamp, &document.injected_effects, document.seed);
+        let spectrum = LampSpectrum::new(&document.lamp);
         Self {
             floor: Floor::new(floor.albedo, floor.height_mm).map(|floor| (floor, FarField::new(&lamp))),
             lamp,
-            spectrum: LampSpectrum::new(&document.lamp),
+            head: Head::new(&document.luxmeter, &spectrum),
+            spectrum,
             document,
         }
     }
@@ -157,9 +162,11 @@ impl Room {
         let detector = DVec3::X * self.true_distance_mm(o);
         let air = injected_effects.air_absorption.coefficient_per_m / 1000.0;
         let f2 = injected_effects.cosine_f2.coefficient_rel;
-        floor.illuminance_lx(&self.lamp, far, &mounted, detector, -DVec3::X, air, |cos| {
+        let light = floor.illuminance_lx(&self.lamp, far, &mounted, detector, -DVec3::X, air, |cos| {
             cos * optics::directional_response(f2, cos)
-        })
+        });
+        // A grey floor returns light of all directions: near the colour of an LED's axis.
+        light * self.head.map_or(1.0, |head| head.shown_of_one_lux(1.0))
     }
 
     /// All the light on the meter, averaged over `window_s` around the observation's time, lx.
@@ -289,7 +296,7 @@ impl Room {
         let directional = optics::directional_response(
             injected_effects.cosine_f2.coefficient_rel,
             ray.incidence_cos(towards_lamp),
-        );
+        ) * self.head.map_or(1.0, |head| head.shown_of_one_lux(ray.phosphor));
         let mismatch = &injected_effects.spectral_mismatch;
         if mismatch.slope_per_deg == 0.0 {
             return directional * mismatch.factor;

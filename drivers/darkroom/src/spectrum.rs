@@ -153,6 +153,11 @@ impl LampSpectrum {
         move |phosphor| (1.0 + (phosphor - 1.0) * share) / (1.0 + (phosphor - 1.0) * light)
     }
 
+    /// Luminous share of the phosphor in light with 1 of it.
+    pub(crate) fn phosphor_light_share(&self) -> f64 {
+        self.phosphor_light / self.light
+    }
+
     /// 683·∫SV dλ of such light, in the unit of its relative power.
     fn light(&self, phosphor: f64) -> f64 {
         self.light + (phosphor - 1.0) * self.phosphor_light

@@ -2,7 +2,7 @@
 
 use isolux_darkroom::illuminator::Illuminator;
 use isolux_darkroom::parts::Axis;
-use isolux_darkroom::{Darkroom, InjectedEffects, Instrument, Room};
+use isolux_darkroom::{Darkroom, InjectedEffects, Instrument, Room, head};
 
 use crate::VirtualRoom;
 use crate::outlet::Outlet;
@@ -10,6 +10,9 @@ use crate::twins::{Choice, InMotion, TWINS, TwinKind};
 
 /// Name of the calibration file that [`station`] refers to.
 pub const CALIBRATION_FILE: &str = "spectroradiometer.csv";
+
+/// Name of the file with the responsivity of the lux meter's head that [`station`] refers to.
+pub const RESPONSIVITY_FILE: &str = "luxmeter.csv";
 
 /// Addresses of the pipes of [`VirtualRoom::listen`].
 pub fn in_memory(choice: &Choice) -> Vec<Outlet> {
@@ -87,6 +90,9 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
              certificate = \"virtual 1\"\nnoise_rel = {:?}\nnoise_lx = {:?}\n",
             document.luxmeter.noise_rel, noise_lx
         ));
+        if !head::is_perfect(&document.luxmeter) {
+            text.push_str(&format!("responsivity = \"{RESPONSIVITY_FILE}\"\n"));
+        }
     }
     if let Some(open) = open("spectroradiometer") {
         let calibration = match calibrated(outlets) {
@@ -158,6 +164,17 @@ fn calibrated(outlets: &[Outlet]) -> Option<fn(&Room) -> String> {
 /// Text of the spectroradiometer's calibration, of the one among `outlets`; none where it keeps its own.
 pub fn calibration(room: &Room, outlets: &[Outlet]) -> Option<String> {
     calibrated(outlets).map(|write| write(room))
+}
+
+/// Text of the responsivity of the lux meter's head, as an institute measures it; none for a head that is V(λ).
+pub fn responsivity(document: &Darkroom) -> Option<String> {
+    let meter = &document.luxmeter;
+    let row = |step: i32| {
+        let nm = 360.0 + 5.0 * f64::from(step);
+        format!("{nm:.0},{:.6},0.005\n", head::responsivity(meter, nm))
+    };
+    let rows = || (0..=94).map(row).collect::<String>();
+    (!head::is_perfect(meter)).then(|| format!("wavelength_nm,responsivity,u_rel\n{}", rows()))
 }
 
 /// A positive number to two digits.

@@ -8,6 +8,7 @@ use isolux_darkroom::Darkroom;
 use isolux_formats::tm25::{Ray, RaySet, Reader};
 use isolux_formats::{Content, ReadOptions, WriteOptions, formats, read_any_with, write_distribution, write_spectrum};
 use isolux_model::{Model, Scene};
+use isolux_record::responsivity::WavelengthCurve;
 use isolux_record::spectra::{Pixel, SpectralCalibration, SpectrumRecord, parse_calibration};
 use isolux_record::{Plan, ReadingKind, Station, readings};
 
@@ -205,7 +206,10 @@ fn recorded_spectrum(data: &[u8]) {
 }
 
 fn calibration(data: &[u8]) {
-    with_text(data, |text| drop(parse_calibration(file(), text)));
+    with_text(data, |text| {
+        drop(parse_calibration(file(), text));
+        drop(WavelengthCurve::responsivity(file(), text));
+    });
 }
 
 fn spectrum() -> Vec<u8> {

@@ -78,7 +78,7 @@ impl Item {
             }
         }
         let luxmeter = run.header.station.luxmeter();
-        let meter = run.header.luxmeter().map(|meter| {
+        let meter = run.header.luxmeter_name().map(|meter| {
             let certificate = (&luxmeter.certificate, &luxmeter.calibrated);
             format!("{meter}, {:?}, {certificate:?}", luxmeter.calibration_factor)
         });

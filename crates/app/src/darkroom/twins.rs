@@ -7,7 +7,9 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::fault::Order;
 use isolux_virtual::outlet::{self, Offer, Outlet};
-use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in, twin};
+use isolux_virtual::station::{
+    CALIBRATION_FILE, RESPONSIVITY_FILE, calibration, in_memory, responsivity, station, station_in, twin,
+};
 use isolux_virtual::{Instrument, Serving, Switches, VirtualRoom};
 
 use crate::darkroom::capture;
@@ -95,7 +97,7 @@ pub fn serve(
     }
     if let Some(path) = &options.station_out {
         files::refuse_existing(path, options.overwrite)?;
-        files::refuse_existing(&beside(path), options.overwrite)?;
+        refuse_existing_beside(path, options.overwrite)?;
     }
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -143,7 +145,7 @@ pub fn serve(
             serving
         });
         if let Some(path) = &options.station_out {
-            write_calibration(path, document.clone(), &outlets, options.overwrite)?;
+            write_curves(path, document.clone(), &outlets, options.overwrite)?;
             files::write(path, station(&document, &outlets).as_bytes(), options.overwrite)?;
         }
         let mut reachables: Vec<Reachable> = outlets.iter().map(reachable).collect();
@@ -230,7 +232,7 @@ pub fn write_in_memory(
     };
     let outlets = in_memory(&instruments.choice()?);
     files::refuse_existing(out, overwrite)?;
-    files::refuse_existing(&beside(out), overwrite)?;
+    refuse_existing_beside(out, overwrite)?;
     // A station names its room from where it stands itself.
     let folder = |path: &Utf8Path| {
         path.parent()
@@ -248,25 +250,33 @@ pub fn write_in_memory(
         }
     };
     let text = station_in(named.as_deref(), &document, &outlets);
-    write_calibration(out, document, &outlets, overwrite)?;
+    write_curves(out, document, &outlets, overwrite)?;
     files::write(out, text.as_bytes(), overwrite)
 }
 
-fn beside(station: &Utf8Path) -> Utf8PathBuf {
-    station.with_file_name(CALIBRATION_FILE)
+/// The files that a station may name, beside it.
+fn refuse_existing_beside(station: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+    let mut names = [CALIBRATION_FILE, RESPONSIVITY_FILE].into_iter();
+    names.try_for_each(|name| files::refuse_existing(&station.with_file_name(name), overwrite))
 }
 
 /// Writes what the spectroradiometer among `outlets` needs beside the station, if it keeps no calibration of its own.
-fn write_calibration(
+fn write_curves(
     station: &Utf8Path,
     document: Darkroom,
     outlets: &[Outlet],
     overwrite: Overwrite,
 ) -> Result<(), Failure> {
-    match calibration(&Room::new(document), outlets) {
-        Some(text) => files::write(&beside(station), text.as_bytes(), overwrite),
-        None => Ok(()),
+    let curves = [
+        (RESPONSIVITY_FILE, responsivity(&document)),
+        (CALIBRATION_FILE, calibration(&Room::new(document), outlets)),
+    ];
+    for (name, text) in curves {
+        if let Some(text) = text {
+            files::write(&station.with_file_name(name), text.as_bytes(), overwrite)?;
+        }
     }
+    Ok(())
 }
 
 fn reachable(outlet: &Outlet) -> Reachable {

@@ -4,11 +4,14 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_device::{Axis, AxisScale, AxisSettings, Coordinate, Identity, OpenError, Sense};
 use isolux_record::disk::sha256;
 use isolux_record::document::{self, Fault};
+use isolux_record::responsivity::{MeterCurves, WavelengthCurve};
 use isolux_record::run::{BenchCheck, RunHeader};
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
 use isolux_record::station::{self, Access};
 use isolux_record::{Plan, Station};
 use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
+use isolux_spectrum::Spectrum;
+use isolux_spectrum::meter::f1_prime;
 use isolux_units::Millimetre;
 
 use crate::instruments::catalogue::{Catalogue, open_failure};
@@ -29,6 +32,8 @@ pub struct StationFiles {
     pub calibration: Option<(Utf8PathBuf, String)>,
     /// What the diary of the bench says of it.
     pub checks: Vec<BenchCheck>,
+    /// What the head of the lux meter answers, where the station names it.
+    pub luxmeter: Option<MeterCurves>,
 }
 
 impl StationFiles {
@@ -58,6 +63,7 @@ impl StationFiles {
         };
         Ok(Self {
             file: file.to_owned(),
+            luxmeter: curves(file, &station, &located)?,
             station,
             calibration,
             checks: history::checks(file)?,
@@ -80,6 +86,23 @@ impl StationFiles {
             station,
             calibration,
             checks: Vec::new(),
+            luxmeter: None,
+        })
+    }
+
+    /// The same with the text of the responsivity that the station names.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) with the line.
+    pub fn with_responsivity(self, text: &str) -> Result<Self, Failure> {
+        let file = self.station.responsivity(&self.file).unwrap_or_default();
+        let responsivity = responsivity(&file, text)?;
+        Ok(Self {
+            luxmeter: Some(MeterCurves {
+                responsivity,
+                calibration_light: None,
+            }),
+            ..self
         })
     }
 
@@ -186,18 +209,68 @@ impl StationFiles {
 
     /// run.toml of a run that begins at `started_utc`.
     pub fn header(&self, devices: &Devices, plan: &Plan, started_utc: String) -> RunHeader {
-        let header = RunHeader::new(
-            PROGRAM.to_owned(),
-            started_utc,
-            devices.records(&self.station),
-            devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
-            self.station.clone(),
-            plan.clone(),
-        );
         RunHeader {
             bench_check: self.checks.clone(),
-            ..header
+            luxmeter: self.luxmeter.clone(),
+            ..RunHeader::new(
+                PROGRAM.to_owned(),
+                started_utc,
+                devices.records(&self.station),
+                devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
+                self.station.clone(),
+                plan.clone(),
+            )
         }
+    }
+}
+
+/// A head that is farther from V(λ) is no head of a lux meter, but another column or another file.
+const LARGEST_F1_PRIME: f64 = 0.3;
+
+/// The curves that the lux meter of a station names.
+///
+/// # Errors
+/// Bad input (exit 2): the key of a file that cannot be read, the line of one that is no such curve.
+fn curves(
+    file: &Utf8Path,
+    station: &Station,
+    located: &impl Fn(&Fault) -> Failure,
+) -> Result<Option<MeterCurves>, Failure> {
+    let text = |path: &Utf8Path, key: &str| {
+        document::read_text(path)
+            .map_err(|error| located(&Fault::new(key, error.to_string())).help("put the file there, or remove the key"))
+    };
+    let Some(path) = station.responsivity(file) else {
+        return Ok(None);
+    };
+    let responsivity = responsivity(&path, &text(&path, "luxmeter.responsivity")?)?;
+    let calibration_light = match station.calibration_light(file) {
+        Some(path) => {
+            let text = text(&path, "luxmeter.calibration_light")?;
+            Some(WavelengthCurve::light(&path, &text).map_err(Failure::bad_input)?)
+        }
+        None => None,
+    };
+    Ok(Some(MeterCurves {
+        responsivity,
+        calibration_light,
+    }))
+}
+
+/// The responsivity of a head.
+///
+/// # Errors
+/// Bad input (exit 2) with the line, also for one that is far from V(λ).
+fn responsivity(path: &Utf8Path, text: &str) -> Result<WavelengthCurve, Failure> {
+    let curve = WavelengthCurve::responsivity(path, text).map_err(Failure::bad_input)?;
+    let spectrum = Spectrum::new(curve.wavelength_nm.clone(), curve.value.clone()).map_err(Failure::bad_input)?;
+    match f1_prime(&spectrum) {
+        Some(index) if index <= LARGEST_F1_PRIME => Ok(curve),
+        index => Err(Failure::bad_input(format!(
+            "{path}: is no responsivity of a lux meter: f1′ is {}",
+            index.map_or_else(|| "not known".to_owned(), |index| format!("{:.0} %", 100.0 * index))
+        ))
+        .help("it is relative to the light in W, near V(λ): 1 about 555 nm, 0.1 at 475 nm and 651 nm")),
     }
 }
 

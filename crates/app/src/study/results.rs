@@ -54,6 +54,11 @@ const fn what(correction: Correction) -> &'static str {
         Correction::Dark => "offset of the lux meter, from capped readings",
         Correction::Ambient => "light of the room, from readings with the lamp off",
         Correction::Stray => "stray light of the lamp, from baffled readings",
+        Correction::SpectralMismatch => "spectral mismatch of the lux meter, by F* of the lamp's spectra",
+        Correction::Linearity => "departure of the lux meter from proportion to the light",
+        Correction::Temperature => "temperature of the lux meter, by that of the room",
+        Correction::Cosine => "response of the lux meter to light along a slant, by the size of the lamp",
+        Correction::Fatigue => "what light took from the lux meter's responsivity",
         Correction::InverseSquare => "each reading's own distance; off: the station's",
         Correction::Drift => "drift of lamp and meter, from the reference point",
         Correction::SpectralDark => "dark spectrum",
@@ -100,6 +105,7 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
         numbers: numbers.collect(),
         corrections: Correction::ALL
             .into_iter()
+            .filter(|correction| now.luxmeter.has(*correction))
             .map(|correction| Switch {
                 word: correction.as_str(),
                 what: what(correction),

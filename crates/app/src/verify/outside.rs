@@ -46,5 +46,30 @@ pub(super) fn check(file: &Utf8Path, header: Option<&RunHeader>, ledger: &mut Le
             );
         }
     }
+    if let (Some(now), Some(then)) = (&given.luxmeter, &header.luxmeter) {
+        let curves = [
+            (
+                given.station.responsivity(file),
+                Some(&now.responsivity),
+                Some(&then.responsivity),
+            ),
+            (
+                given.station.calibration_light(file),
+                now.calibration_light.as_ref(),
+                then.calibration_light.as_ref(),
+            ),
+        ];
+        for (path, now, then) in curves {
+            let (Some(path), Some(now), Some(then)) = (path, now, then) else {
+                continue;
+            };
+            if now.sha256 == then.sha256 {
+                ledger.agrees(path.as_str(), "its SHA-256 in run.toml");
+            } else {
+                let what = "is not the curve of the run: run.toml holds another SHA-256 of it";
+                ledger.differs(path.as_str(), None, what);
+            }
+        }
+    }
     Ok(())
 }

@@ -115,7 +115,7 @@ impl Readings {
             for (row, of_run) in readings.rows.iter_mut().zip(&run.readings.rows) {
                 (row.at.time_s, row.at.lamp_s) = (of_run.time_s, of_run.lamp_s);
             }
-            readings.luxmeter = run.header.luxmeter();
+            readings.luxmeter = run.header.luxmeter_name();
             readings.notices = run.notices;
             return Ok(readings);
         }

@@ -13,6 +13,7 @@ use crate::event::{Event, Logged, StopHow};
 use crate::plan::Plan;
 use crate::reading::Reading;
 use crate::readings::Layout;
+use crate::responsivity::MeterCurves;
 use crate::spectra::SpectralCalibration;
 use crate::station::Station;
 use crate::subject::{Commission, Luminaire, Subject};
@@ -55,6 +56,9 @@ pub struct RunHeader {
     /// Calibration of the spectroradiometer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral: Option<SpectralCalibration>,
+    /// What the head of the lux meter answers over wavelength.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub luxmeter: Option<MeterCurves>,
     /// What was measured.
     #[serde(default, skip_serializing_if = "Luminaire::is_empty")]
     pub luminaire: Luminaire,
@@ -220,7 +224,7 @@ impl RunHeader {
     }
 
     /// Model and serial number of the lux meter, where it has one: another meter has others.
-    pub fn luxmeter(&self) -> Option<String> {
+    pub fn luxmeter_name(&self) -> Option<String> {
         let device = self.device.iter().find(|device| device.role == "luxmeter")?;
         Some(format!("{} {}", device.model, device.serial.as_ref()?))
     }
@@ -256,6 +260,7 @@ impl RunHeader {
             device,
             spectral,
             bench_check: Vec::new(),
+            luxmeter: None,
             luminaire: Luminaire::default(),
             report: Commission::default(),
             station,

@@ -3,6 +3,7 @@
 use camino::Utf8PathBuf;
 use serde::{Deserialize, Serialize};
 
+use super::luxmeter::LuxMeter;
 use super::ratio::Ratio;
 
 /// A station file as written.
@@ -140,37 +141,6 @@ impl Axis {
         self.tolerance_deg
             .unwrap_or_else(|| (1.5 / self.counts_per_deg.as_f64()).max(0.01))
     }
-}
-
-/// The lux meter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LuxMeter {
-    /// `driver:target`.
-    pub open: String,
-    /// Serial number that the instrument must answer with, where its language has a word for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub serial: Option<String>,
-    /// Certificate's factor: true illuminance ÷ shown illuminance.
-    pub calibration_factor: f64,
-    /// Relative standard uncertainty of the calibration (k = 1).
-    pub u_rel: f64,
-    /// Relative standard deviation of one reading, of the meter and of the lamp together: what `isolux plan` counts as
-    /// noise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_rel: Option<f64>,
-    /// Standard deviation of one reading without light.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_lx: Option<f64>,
-    /// Number of the certificate.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub certificate: Option<String>,
-    /// Day of the calibration, YYYY-MM-DD.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub calibrated: Option<String>,
-    /// Day the calibration is due again, YYYY-MM-DD.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub due: Option<String>,
 }
 
 /// The spectroradiometer, fixed on the axis at its own distance.

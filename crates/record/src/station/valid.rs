@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::document::{Axis, Bench, Lamp, LuxMeter, Rail, Spectroradiometer, StationDocument, Supply};
+use super::document::{Axis, Bench, Lamp, Rail, Spectroradiometer, StationDocument, Supply};
 use super::traceability;
 use crate::document::Fault;
 use crate::document::bounds::{above, within};
@@ -17,10 +17,10 @@ const DISTANCE_MM: RangeInclusive<f64> = 1.0..=1e6;
 const STRAY: &str = " (a fraction of the direct light)";
 
 /// How a relative uncertainty is written.
-const FRACTION: &str = " (a fraction: 0.015 is 1.5 %)";
+pub(super) const FRACTION: &str = " (a fraction: 0.015 is 1.5 %)";
 
 /// Largest relative standard uncertainty of a calibration.
-const MOST_U_REL: f64 = 0.5;
+pub(super) const MOST_U_REL: f64 = 0.5;
 
 /// Checks a whole station.
 pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
@@ -28,7 +28,7 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
     for (name, axis) in [("axis.c", &station.axis.c), ("axis.gamma", &station.axis.gamma)] {
         check_axis(name, axis)?;
     }
-    check_luxmeter(&station.luxmeter)?;
+    station.luxmeter.check()?;
     for (part, known) in traceability::stated(station) {
         known.map_or(Ok(()), |known| known.check(part))?;
     }
@@ -71,14 +71,6 @@ fn check_bench(bench: &Bench) -> Result<(), Fault> {
     within("bench.stray_max_rel", bench.stray_max_rel, 0.0..=1.0, STRAY)?;
     within("bench.ambient_max_lx", bench.ambient_max_lx, 0.0..=1e5, " lx")?;
     within("bench.dark_max_lx", bench.dark_max_lx, 0.0..=1e5, " lx")
-}
-
-fn check_luxmeter(meter: &LuxMeter) -> Result<(), Fault> {
-    driver_and_target("luxmeter.open", &meter.open)?;
-    within("luxmeter.calibration_factor", meter.calibration_factor, 1e-3..=1e3, "")?;
-    within("luxmeter.u_rel", meter.u_rel, 0.0..=MOST_U_REL, FRACTION)?;
-    within("luxmeter.noise_rel", meter.noise_rel, 0.0..=MOST_U_REL, " (a fraction)")?;
-    within("luxmeter.noise_lx", meter.noise_lx, 0.0..=1e3, " lx")
 }
 
 fn check_spectroradiometer(spectro: &Spectroradiometer) -> Result<(), Fault> {
@@ -216,7 +208,8 @@ fn one_of(name: &str, open: Option<&str>, prompt: Option<&str>) -> Result<(), Fa
     }
 }
 
-fn driver_and_target(path: &str, open: &str) -> Result<(), Fault> {
+/// That an `open` is one.
+pub(super) fn driver_and_target(path: &str, open: &str) -> Result<(), Fault> {
     match open.split_once(':') {
         Some((driver, target)) if !driver.is_empty() && !target.is_empty() => Ok(()),
         _ => Err(Fault::new(

@@ -19,9 +19,9 @@ use isolux_record::{Run, apart_from_mm, seen_under_deg};
 use isolux_spectrum::Spectrum;
 
 pub use self::facts::{AverageColour, ColourOverAngle, DirectionColour, LargestDifference, TotalColour};
-pub use self::measured::LeftOut;
+pub use self::measured::{LeftOut, Measured};
 
-use self::measured::{Direction, Measured};
+use self::measured::Direction;
 use self::moved::Moved;
 use self::outcome::Outcome;
 use crate::budget::Common;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Accepted, Apparent, Background, BeamAngles, Closing, Colour, ColourOverAngle, Common, Correction, Drift,
-    Electrical, Partial, Quantity, Reduction, SENSOR_MM, Smoothing,
+    Electrical, MeterFacts, Partial, Quantity, Reduction, SENSOR_MM, Smoothing,
 };
 
 /// `budget.json`. Standard uncertainties, k = 1.
@@ -59,6 +59,9 @@ pub struct Budget {
     pub smoothing: Option<Smoothing>,
     /// Drift of the reference.
     pub drift: Drift,
+    /// What is known of the lux meter's own response.
+    #[serde(default, skip_serializing_if = "MeterFacts::is_empty")]
+    pub luxmeter: MeterFacts,
     /// Closing half-plane against the first; null where the plan has none.
     pub closing_plane: Option<Closing>,
     /// How far the half-planes are apart at γ 0° and 180°, their common poles.
@@ -150,6 +153,7 @@ impl Budget {
             flux_added_by_them_lm: shown.flux_lm() - measured.flux_lm(),
             smoothing: reduction.grid.smoothed.as_ref().map(|(_, facts)| *facts),
             drift: reduction.drift.clone(),
+            luxmeter: reduction.luxmeter.clone(),
             closing_plane: reduction.closing,
             pole_spread_cd: reduction.grid.pole_spread_cd,
             distance_mm: reduction.distance_mm,

@@ -56,7 +56,7 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
             text.push_str(&format!("readings_sha256 = \"{hash}\"\n"));
         }
     }
-    if let Some(luxmeter) = run.header.luxmeter() {
+    if let Some(luxmeter) = run.header.luxmeter_name() {
         text.push_str(&format!("luxmeter = {}\n", toml::Value::from(luxmeter)));
     }
     // First and last of each run of numbers.

@@ -1,7 +1,7 @@
 //! What was corrected, and where the uncertainty comes from.
 
 use crate::document::Section;
-use isolux_reduce::{Correction, Quantity};
+use isolux_reduce::{Correction, MeterFactors, Quantity};
 use isolux_units::digits::{K, significant};
 
 use super::results::DayResults;
@@ -138,6 +138,11 @@ fn source(part: &str) -> &str {
         "stray" => "stray light that was not measured",
         "near_field" | "near_field_at_sensor" => "limited photometric distance",
         "wavelength" => "wavelength scale",
+        "spectral_mismatch" => "spectral mismatch of the lux meter",
+        "linearity" => "linearity of the lux meter",
+        "temperature" => "temperature of the lux meter",
+        "cosine" => "directional response of the lux meter",
+        "fatigue" => "fatigue of the lux meter",
         "efficacy" => "luminous efficacy of radiation",
         "flux" => "luminous flux",
         "power" => "active power",
@@ -165,11 +170,30 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         ),
         None => "not needed".to_owned(),
     };
+    let mismatch = reduction.luxmeter.spectral_mismatch.as_ref();
+    let factors = |found: Option<MeterFactors>| {
+        found.map_or_else(
+            || "not corrected".to_owned(),
+            |found| format!("× {:.5} to {:.5}", found.factor[0], found.factor[1]),
+        )
+    };
+    let meter = &reduction.luxmeter;
     let words = |correction: Correction| -> (&str, String) {
         match correction {
             Correction::Dark => ("offset of the meter", level(0)),
             Correction::Ambient => ("ambient light", level(1)),
             Correction::Stray => ("stray light of the lamp", level(2)),
+            Correction::SpectralMismatch => (
+                "spectral mismatch of the lux meter",
+                mismatch.map_or_else(
+                    || "not corrected: no responsivity of the head, or no spectrum".to_owned(),
+                    |found| format!("F* {:.4} on the axis", found.f_star_on_axis),
+                ),
+            ),
+            Correction::Linearity => ("linearity of the lux meter", factors(meter.linearity)),
+            Correction::Temperature => ("temperature of the lux meter", factors(meter.temperature)),
+            Correction::Cosine => ("directional response of the lux meter", factors(meter.cosine)),
+            Correction::Fatigue => ("fatigue of the lux meter", factors(meter.fatigue)),
             Correction::InverseSquare => (
                 "distance of each reading, I = E·d²",
                 format!("{} m", reduction.distance_mm * 1e-3),
@@ -179,19 +203,17 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
             Correction::Smoothing => ("smoothing within rounding and scatter", smoothing.clone()),
         }
     };
+    // That the spectral mismatch of a meter is not corrected concerns every lamp.
+    let listed = |correction: &Correction| meter.has(*correction) || *correction == Correction::SpectralMismatch;
     let mut rows: Vec<Vec<String>> = Correction::ALL
         .into_iter()
+        .filter(listed)
         .map(|correction| {
             let (name, how_much) = words(correction);
-            let off = reduction.without.contains(&correction);
+            let off = !meter.has(correction) || reduction.without.contains(&correction);
             vec![name.to_owned(), if off { "off" } else { "on" }.to_owned(), how_much]
         })
         .collect();
-    rows.push(vec![
-        "spectral mismatch of the lux meter".to_owned(),
-        "off".to_owned(),
-        "not corrected: the station states no spectral responsivity".to_owned(),
-    ]);
     if !reduction.removed_effects.is_empty() {
         rows.push(vec![
             "effects of the bench, by a model".to_owned(),
