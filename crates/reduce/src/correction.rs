@@ -22,19 +22,31 @@ pub enum Correction {
     Drift,
     /// The dark spectrum.
     SpectralDark,
+    /// The wavelength scale of the spectroradiometer, from a line lamp.
+    Wavelengths,
+    /// Its bandpass, from the same lines.
+    Bandpass,
+    /// The light that it scatters inside, from a long-pass filter.
+    Scatter,
+    /// What is left of its non-linearity, from integration times.
+    Linearity,
     /// The smoothest distribution that rounding and scatter of the readings allow; off: the raw one.
     Smoothing,
 }
 
 impl Correction {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 11] = [
         Self::Dark,
         Self::Ambient,
         Self::Stray,
         Self::InverseSquare,
         Self::Drift,
         Self::SpectralDark,
+        Self::Wavelengths,
+        Self::Bandpass,
+        Self::Scatter,
+        Self::Linearity,
         Self::Smoothing,
     ];
 
@@ -47,6 +59,10 @@ impl Correction {
             Self::InverseSquare => "inverse_square",
             Self::Drift => "drift",
             Self::SpectralDark => "spectral_dark",
+            Self::Wavelengths => "wavelengths",
+            Self::Bandpass => "bandpass",
+            Self::Scatter => "scatter",
+            Self::Linearity => "linearity",
             Self::Smoothing => "smoothing",
         }
     }
@@ -60,7 +76,10 @@ impl fmt::Display for Correction {
 
 /// A word that is no correction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no correction; there are dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing")]
+#[error(
+    "`{0}` is no correction; there are dark, ambient, stray, inverse_square, drift, spectral_dark, wavelengths, \
+     bandpass, scatter, linearity, smoothing"
+)]
 pub struct UnknownCorrection(String);
 
 impl FromStr for Correction {

@@ -20,6 +20,7 @@ pub mod filament;
 pub mod floor;
 pub mod illuminator;
 pub mod injected_effects;
+mod lines;
 pub mod meter;
 pub mod motion;
 pub mod mount;

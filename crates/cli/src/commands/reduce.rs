@@ -11,7 +11,7 @@ use crate::screen;
 /// Turns the record of a scan into distribution, spectrum, files and uncertainty budget.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux reduce run --without drift --out run/without-drift\n\
-Corrections: dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing. A number carries ± only where every part of its \
+Corrections: dark, ambient, stray, inverse_square, drift, spectral_dark, wavelengths, bandpass, scatter, linearity, smoothing. A number carries ± only where every part of its \
 uncertainty was measured or is stated by the station; else it says what is missing. Exit 1: lamp or bench did not stay as they \
 were (limits of the plan), and nothing was written.")]
 pub struct Reduce {
