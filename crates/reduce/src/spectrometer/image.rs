@@ -33,6 +33,8 @@ pub struct Image {
     pub u_nm: f64,
     /// Full width at half maximum of the triangle with the variance of the image.
     pub fwhm_nm: f64,
+    /// Standard uncertainty of that, likewise.
+    pub u_fwhm_nm: f64,
     /// Σ of the squared differences over their variances.
     pub chi2: f64,
     /// Its highest pixel above the background, over that pixel's uncertainty.
@@ -134,7 +136,8 @@ pub fn fit(
         let next: [f64; 4] = std::array::from_fn(|place| of[place] + change[place]);
         let there = if next[1] > 0.0 { chi2(&next) } else { f64::INFINITY };
         if there <= here {
-            let still = (here - there) < 1e-9 * here.max(1e-12) || change[0].abs() < 1e-7;
+            // A whole standard uncertainty changes it by 1.
+            let still = here - there < 1e-4;
             (of, here, damping) = (next, there, damping * 0.1);
             if still {
                 break;
@@ -158,6 +161,7 @@ pub fn fit(
         u_nm: covariance[(0, 0)].max(0.0).sqrt(),
         // The pixel widens the image of a line, and every other light as well.
         fwhm_nm: (of[1] * of[1] + 0.5 * pixel_nm * pixel_nm).sqrt(),
+        u_fwhm_nm: covariance[(1, 1)].max(0.0).sqrt(),
         chi2: here,
         signal_to_noise: (highest.per_s - of[3]) / highest.u_per_s.max(f64::MIN_POSITIVE),
     })
@@ -203,6 +207,21 @@ mod tests {
             assert!(wrong.chi2 > 3.0 * found.chi2, "{found:?} {wrong:?}");
             // A wrong shape does not move a symmetric image.
             assert!((wrong.centre_nm - 545.81).abs() < 3.0 * wrong.u_nm, "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn a_line_is_found_wherever_it_lies_on_its_pixels() {
+        for shape in [Shape::Triangle, Shape::Gaussian] {
+            for step in 0..40 {
+                let centre_nm = 545.6 + 0.013 * f64::from(step);
+                let samples = image(shape, centre_nm, 2.0);
+                for tried in [Shape::Triangle, Shape::Gaussian] {
+                    let found = fit(&samples, &[], centre_nm + 0.4, 2.3, tried);
+                    let found = found.unwrap_or_else(|| panic!("{shape:?} as {tried:?} at {centre_nm}"));
+                    assert!((found.centre_nm - centre_nm).abs() < 0.01, "{centre_nm} {found:?}");
+                }
+            }
         }
     }
 

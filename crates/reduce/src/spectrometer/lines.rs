@@ -27,6 +27,8 @@ const STRONG_REL: f64 = 0.3;
 const UNKNOWN_REL: f64 = 0.1;
 /// Strengths of lines beside another are known in kind; half of each is their uncertainty.
 const STRENGTH_U_REL: f64 = 0.5;
+/// So many times the χ² of the other shape.
+const MUCH_WORSE: f64 = 4.0;
 /// With another of this strength nearer than the bandpass it is not known which of both is seen.
 const EQUAL_REL: f64 = 0.5;
 /// A line whose place depends more than this on what is beside it is blended, as a share of the bandpass.
@@ -272,8 +274,10 @@ impl<'a> Shown<'a> {
         } else {
             (gaussian, triangle)
         };
+        // A shape that fits much worse is not the one of this instrument.
+        let plausible = mean_chi2(&other.0) < MUCH_WORSE * mean_chi2(&better.0).max(1.0);
         let (mut found, blended) = better;
-        for line in &mut found {
+        for line in found.iter_mut().filter(|_| plausible) {
             let same = other.0.iter().find(|other| other.wavelength_nm == line.wavelength_nm);
             if let Some(same) = same {
                 let third = 3.0_f64.sqrt();
@@ -316,7 +320,8 @@ impl<'a> Shown<'a> {
         let within = |sample: &&Sample| (sample.stated_nm - start_nm).abs() <= half_nm;
         let samples: Vec<Sample> = self.samples.iter().filter(within).copied().collect();
         let (first, last) = (samples.first()?, samples.last()?);
-        let whole = last.stated_nm - first.stated_nm > 1.8 * half_nm;
+        // At an end of the detector a part of the image is missing.
+        let whole = last.stated_nm - first.stated_nm > 1.5 * half_nm;
         let beside = |more: f64| -> Vec<(f64, f64)> {
             let others = self
                 .list

@@ -7,6 +7,10 @@ use super::lines::Found;
 /// From so many on the scale has a bend.
 const LINES_FOR_A_BEND: usize = 6;
 
+/// What all lines share, as a share of the bandpass: the responsivity changes over an image, which moves it by
+/// fwhm²/6 · d ln R/dλ, some thousandths of a nanometre at a bandpass of 2 nm, and no image is quite symmetric.
+const SHARED_REL: f64 = 0.002;
+
 /// A smooth scale through the lines.
 pub(super) struct Scale {
     pub offset_nm: Vec<f64>,
@@ -31,10 +35,13 @@ impl Scale {
         let coefficients = &inverse * (matrix.transpose() * &offsets);
         let left = offsets - matrix * &coefficients;
         let scatter = (left.norm_squared() / (found.len() - count) as f64).max(1.0);
+        let mean_fwhm_nm = found.iter().map(|line| line.image.fwhm_nm).sum::<f64>() / found.len() as f64;
+        let mut covariance = inverse * scatter;
+        covariance[(0, 0)] += (SHARED_REL * mean_fwhm_nm).powi(2);
         Self {
             offset_nm: coefficients.iter().copied().collect(),
             covariance_nm2: (0..count)
-                .map(|row| (0..count).map(|column| scatter * inverse[(row, column)]).collect())
+                .map(|row| (0..count).map(|column| covariance[(row, column)]).collect())
                 .collect(),
         }
     }
@@ -47,11 +54,16 @@ impl Scale {
     }
 }
 
-/// The mean width and its uncertainty: how it differs from line to line, and what the shape leaves open.
+/// The mean width by the uncertainties of each, and its uncertainty: how it differs from line to line, and what the shape
+/// leaves open.
 pub(super) fn bandpass(found: &[Found]) -> (f64, f64) {
-    let n = found.len() as f64;
-    let mean = found.iter().map(|line| line.image.fwhm_nm).sum::<f64>() / n;
-    let squares: f64 = found.iter().map(|line| (line.image.fwhm_nm - mean).powi(2)).sum();
-    let shape = found.iter().map(|line| line.u_fwhm_nm).sum::<f64>() / n;
-    (mean, (squares / (n - 1.0)).sqrt().hypot(shape).max(1e-3 * mean))
+    let weight = |line: &Found| line.image.u_fwhm_nm.powi(-2);
+    let mean_of = |of: &dyn Fn(&Found) -> f64| {
+        let sum: f64 = found.iter().map(|line| weight(line) * of(line)).sum();
+        sum / found.iter().map(weight).sum::<f64>()
+    };
+    let mean = mean_of(&|line| line.image.fwhm_nm);
+    let scatter = mean_of(&|line| (line.image.fwhm_nm - mean).powi(2)).sqrt();
+    let shape = mean_of(&|line| line.u_fwhm_nm);
+    (mean, scatter.hypot(shape).max(1e-3 * mean))
 }

@@ -42,6 +42,13 @@ fn the_wavelength_scale_and_the_bandpass_of_seeded_rooms_are_found_within_u() {
         let done = lab.find(&mercury(), "lines").unwrap();
         let scale = scale(&done);
         assert!(scale.line.len() >= 8 && scale.u_nm(550.0) < 0.05, "{scale:?}");
+        for nm in [435.8335, 546.075, 763.5106, 912.2967] {
+            assert!(
+                scale.line.iter().any(|line| line.wavelength_nm == nm),
+                "seed {seed}: {nm} nm"
+            );
+        }
+        assert!(scale.u_fwhm_nm < 0.03 * scale.fwhm_nm, "{}", scale.u_fwhm_nm);
         let truth = &lab.room.document().spectroradiometer;
         for stated_nm in [420.0, 450.0, 500.0, 550.0, 600.0, 650.0, 700.0] {
             let off = scale.true_nm(stated_nm) - truth.true_nm(stated_nm);
