@@ -16,7 +16,7 @@ use isolux_darkroom::{Darkroom, Kind, Observation, Room, meter};
 use isolux_record::plan::Instrument;
 use isolux_record::readings::Readings;
 use isolux_record::run::{Run, RunHeader};
-use isolux_record::spectra::{Pixel, SpectralCalibration, SpectrumRecord};
+use isolux_record::spectra::{Pixel, SpectralCalibration, SpectralCorrections, SpectrumRecord};
 use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 use isolux_reduce::{MonteCarlo, Options, OverAngle, Quantity, Reduction};
 use isolux_spectrum::{Chromaticity, Spectrum, quantities};
@@ -177,6 +177,7 @@ fn spectrum(
     let exposure = |illuminance_lx: f64, integration_s: f64, index: u64| Exposure {
         illuminance_lx,
         phosphor: room.spectroradiometer_phosphor(true, c_deg, gamma_deg, 1e6),
+        lines_lx: 0.0,
         integration_s,
         detector_c: 25.0,
         index,
@@ -274,6 +275,8 @@ fn record(room: &Room, draws: &mut Draws) -> Run {
         full_scale_counts: 65_535.0,
         nonlinearity: Vec::new(),
         dark_pixels: [0, 1],
+        corrections: SpectralCorrections::default(),
+        factors_corrected_by: None,
     });
     Run {
         path: Utf8PathBuf::from("run"),

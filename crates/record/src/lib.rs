@@ -5,8 +5,10 @@
 pub mod disk;
 mod distance_class;
 pub mod event;
+pub mod filter;
 pub mod job;
 pub mod limits;
+pub mod lines;
 pub mod observation;
 pub mod own_clock;
 pub mod plan;

@@ -1,12 +1,17 @@
 //! `spectra/NNN.csv`: raw counts beside the irradiance made from them.
 
 mod calibration;
+mod corrections;
 mod error;
 
 use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
 
-pub use self::calibration::parse_calibration;
+pub use self::calibration::{corrected_by, parse_calibration};
+pub use self::corrections::{
+    LINEARITY_FORMAT, LineFound, Linearity, Made, SCATTER_FORMAT, Scatter, SpectralCorrections, WAVELENGTHS_FORMAT,
+    WavelengthScale,
+};
 pub use self::error::SpectrumError;
 use crate::reading::ReadingKind;
 use crate::row_crc;
@@ -28,6 +33,13 @@ pub struct SpectralCalibration {
     pub nonlinearity: Vec<f64>,
     /// First and one past the last pixel that no light reaches.
     pub dark_pixels: [usize; 2],
+    /// What the laboratory has found of the instrument itself. The irradiance in the files of a run is without it.
+    #[serde(default, skip_serializing_if = "SpectralCorrections::is_empty")]
+    pub corrections: SpectralCorrections,
+    /// By which of them the standard was corrected that the factors were found with, as the table of factors says; none
+    /// where it says nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factors_corrected_by: Option<String>,
 }
 
 /// One spectrum: the mean of `averages` raw ones, and the mean of as many dark ones with the same integration time.
@@ -283,6 +295,8 @@ pub(crate) mod tests {
             full_scale_counts: 65_535.0,
             nonlinearity: vec![1.0, -1e-6],
             dark_pixels: [0, 1],
+            corrections: SpectralCorrections::default(),
+            factors_corrected_by: None,
         }
     }
 

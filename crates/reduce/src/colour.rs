@@ -44,19 +44,21 @@ const EVERY: usize = 10;
 const STEP_REL: f64 = 1e-4;
 
 impl Colour {
-    /// Of a spectrum whose values have the standard uncertainties `u_w_m2_nm` from their scatter.
-    pub fn of(spectrum: &Spectrum, u_w_m2_nm: &[f64], known: &Known) -> Self {
+    /// Of a spectrum whose values have the standard uncertainties `u_w_m2_nm` from their scatter; `moved` is it with
+    /// corrections of the instrument moved by theirs, each by its part.
+    pub fn of(spectrum: &Spectrum, u_w_m2_nm: &[f64], known: &Known, moved: &[(&'static str, Spectrum)]) -> Self {
         let centre = numbers(spectrum);
         let change = |changed: Option<Spectrum>| changes(&centre, changed.as_ref());
         let shape = change(shape_changed(spectrum, known.shape_rel));
         let bow = change(bow_changed(spectrum, known.shape_rel));
         let wavelength = change(wavelengths_changed(spectrum, known.wavelength_nm));
-        let parts = [
+        let mut parts = vec![
             ("noise", noise(spectrum, u_w_m2_nm, &centre)),
             ("calibration_shape", shape),
             ("calibration_bow", bow),
             ("wavelength", wavelength),
         ];
+        parts.extend(moved.iter().map(|(part, there)| (*part, changes(&centre, Some(there)))));
         Self::from_parts(&centre, &parts, &known.colour)
     }
 

@@ -32,13 +32,21 @@ pub enum Correction {
     Drift,
     /// The dark spectrum.
     SpectralDark,
+    /// The wavelength scale of the spectroradiometer, from a line lamp.
+    Wavelengths,
+    /// Its bandpass, from the same lines.
+    Bandpass,
+    /// The light that it scatters inside, from a long-pass filter.
+    Scatter,
+    /// What is left of its non-linearity, from integration times.
+    SpectralLinearity,
     /// The smoothest distribution that rounding and scatter of the readings allow; off: the raw one.
     Smoothing,
 }
 
 impl Correction {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::Dark,
         Self::Ambient,
         Self::Stray,
@@ -50,6 +58,10 @@ impl Correction {
         Self::InverseSquare,
         Self::Drift,
         Self::SpectralDark,
+        Self::Wavelengths,
+        Self::Bandpass,
+        Self::Scatter,
+        Self::SpectralLinearity,
         Self::Smoothing,
     ];
 
@@ -67,6 +79,10 @@ impl Correction {
             Self::InverseSquare => "inverse_square",
             Self::Drift => "drift",
             Self::SpectralDark => "spectral_dark",
+            Self::Wavelengths => "wavelengths",
+            Self::Bandpass => "bandpass",
+            Self::Scatter => "scatter",
+            Self::SpectralLinearity => "spectral_linearity",
             Self::Smoothing => "smoothing",
         }
     }

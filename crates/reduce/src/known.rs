@@ -4,6 +4,8 @@ use isolux_record::observation::SharedErrors;
 use isolux_record::run::Run;
 use isolux_record::spectra::DarkSubtraction;
 
+use crate::instrument::{self, Chain};
+
 /// What the station states of the spectroradiometer, and what it does not.
 #[derive(Debug, Default)]
 pub struct Known {
@@ -24,7 +26,7 @@ pub struct Known {
 
 impl Known {
     /// Of the spectra of a run at this distance.
-    pub fn of(run: &Run, dark: DarkSubtraction, distance_mm: f64) -> Self {
+    pub fn of(run: &Run, chain: Chain, distance_mm: f64) -> Self {
         let settings = run.header.station.spectroradiometer();
         let mut known = Self::default();
         let stated = |value: Option<f64>, missing: &mut Vec<String>, what: &str| {
@@ -61,10 +63,13 @@ impl Known {
             &mut known.colour,
             "the station states no spectroradiometer.u_wavelength_nm: wavelength scale",
         );
-        if dark == DarkSubtraction::Off {
+        if chain.dark == DarkSubtraction::Off {
             for missing in [&mut known.level, &mut known.colour] {
                 missing.push("not corrected for the dark spectrum".to_owned());
             }
+        }
+        if let Some(calibration) = &run.header.spectral {
+            known.colour.extend(instrument::left_out(calibration, chain));
         }
         known
     }

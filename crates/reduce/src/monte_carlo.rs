@@ -6,7 +6,7 @@
 //! | noise of a reading, of a pixel, of its dark | normal, one each | 6.4.7 |
 //! | digit of a reading | even within ± half; one for all equal displays that noise does not dither | 6.4.2 |
 //! | calibration of the lux meter, of the spectroradiometer; distances; γ; wavelengths | normal, one for all | 6.4.7 |
-//! | tilt and bow of the spectroradiometer's calibration | normal, one each for all | 6.4.7 |
+//! | tilt and bow of the spectroradiometer's calibration; its bandpass, scattered light and linearity | normal, one each for all | 6.4.7 |
 //! | responsivity of the lux meter's head | normal, one for each of two waves over wavelength | 6.4.7 |
 //! | its linearity, temperature coefficient and temperature | normal, one each for all | 6.4.7 |
 //!
@@ -14,16 +14,18 @@
 //! quantity that has such parts, the others are compared.
 
 use isolux_record::Run;
+use isolux_record::spectra::SpectralCorrections;
 use isolux_record::station::LuxMeter;
 use serde::Serialize;
 
 use crate::background::noise_of_one;
+use crate::instrument::root;
 use crate::meter::waves;
 use crate::normal::Normal;
 use crate::{Options, Quantity, ReduceError, Reduction, reduce};
 
 /// Parts of a budget whose inputs are drawn.
-const DRAWN: [&str; 12] = [
+const DRAWN: [&str; 16] = [
     "noise",
     "digit",
     "dark_noise",
@@ -34,6 +36,10 @@ const DRAWN: [&str; 12] = [
     "calibration_shape",
     "calibration_bow",
     "wavelength",
+    "bandpass",
+    "scatter",
+    "spectral_linearity",
+    "spectral_linearity_bend",
     "efficacy",
     "smoothing",
 ];
@@ -218,6 +224,9 @@ fn drawn(run: &Run, number: u64) -> Run {
     let shape_rel = spectro.u_shape_rel.unwrap_or(0.0);
     let (tilt, bow) = (shape_rel * normal.next(), shape_rel * normal.next());
     let shift_nm = spectro.u_wavelength_nm.unwrap_or(0.0) * normal.next();
+    if let Some(spectral) = &mut run.header.spectral {
+        draw_corrections(&mut spectral.corrections, &mut normal);
+    }
     for spectrum in &mut run.spectra {
         let level = level * of_distance(distance, spectro.u_distance_mm, spectrum.distance_mm);
         for pixel in &mut spectrum.pixels {
@@ -259,5 +268,86 @@ impl Gain {
 
     fn at(&self, ambient_c: Option<f64>) -> f64 {
         self.level * (1.0 + self.per_k * ambient_c.map_or(0.0, |ambient_c| ambient_c - self.reference_c))
+    }
+}
+
+/// What the laboratory has found of the spectroradiometer, drawn; its wavelengths are drawn by `u_wavelength_nm`.
+fn draw_corrections(corrections: &mut SpectralCorrections, normal: &mut Normal) {
+    if let Some(scale) = &mut corrections.wavelengths {
+        scale.fwhm_nm = (scale.fwhm_nm + scale.u_fwhm_nm * normal.next()).max(0.0);
+    }
+    if let Some(scatter) = &mut corrections.scatter {
+        scatter.move_by(normal.next());
+    }
+    if let Some(linearity) = &mut corrections.linearity {
+        for column in root(&linearity.covariance) {
+            let share = normal.next();
+            let coefficients = linearity.coefficient.iter_mut().zip(column);
+            coefficients.for_each(|(c, change)| *c += share * change);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isolux_record::spectra::{Linearity, Made, Scatter, WavelengthScale};
+
+    use super::*;
+
+    #[test]
+    fn corrections_of_the_instrument_are_drawn_with_their_uncertainties() {
+        let made = || Made {
+            instrument: String::new(),
+            day: String::new(),
+            with: String::new(),
+            record_sha256: String::new(),
+        };
+        let of = SpectralCorrections {
+            wavelengths: Some(WavelengthScale {
+                format: String::new(),
+                offset_nm: vec![0.1],
+                covariance_nm2: vec![vec![1e-4]],
+                range_nm: [400.0, 900.0],
+                fwhm_nm: 2.5,
+                u_fwhm_nm: 0.05,
+                made: made(),
+                line: Vec::new(),
+            }),
+            scatter: Some(Scatter {
+                format: String::new(),
+                edges_nm: Vec::new(),
+                share_rel: vec![vec![0.004]],
+                u_share_rel: vec![vec![0.0008]],
+                made: made(),
+            }),
+            linearity: Some(Linearity {
+                format: String::new(),
+                coefficient: vec![-0.02, 0.01],
+                covariance: vec![vec![4e-6, -3e-6], vec![-3e-6, 9e-6]],
+                range_rel: [0.01, 0.7],
+                made: made(),
+            }),
+        };
+        let mut normal = Normal::new(5);
+        let (draws, mut squares) = (4000, [0.0; 5]);
+        for _ in 0..draws {
+            let mut drawn = of.clone();
+            draw_corrections(&mut drawn, &mut normal);
+            let width = drawn.wavelengths.unwrap().fwhm_nm - 2.5;
+            let share = drawn.scatter.unwrap().share_rel[0][0] - 0.004;
+            let c = drawn.linearity.unwrap().coefficient;
+            let [a, b] = [c[0] + 0.02, c[1] - 0.01];
+            let terms = [width * width, share * share, a * a, b * b, a * b];
+            squares.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+        }
+        for (sum, expected) in squares
+            .into_iter()
+            .zip([0.05 * 0.05, 0.0008 * 0.0008, 4e-6, 9e-6, -3e-6])
+        {
+            assert!(
+                (sum / f64::from(draws) / expected - 1.0).abs() < 0.1,
+                "{sum} {expected}"
+            );
+        }
     }
 }

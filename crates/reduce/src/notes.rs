@@ -50,6 +50,30 @@ pub fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, correcte
     notes
 }
 
+/// That factors and spectra are corrected by different things.
+pub fn factors_note(run: &Run) -> Option<String> {
+    let spectral = run.header.spectral.as_ref().filter(|_| !run.spectra.is_empty())?;
+    let (then, now) = (spectral.factors_corrected_by.as_ref()?, spectral.corrections.name());
+    (*then != now).then(|| {
+        format!(
+            "the factors of the spectroradiometer were found with spectra corrected by {then}, these are corrected by \
+             {now}: calibrate it again"
+        )
+    })
+}
+
+/// What the spectra of the run are not corrected by, because the station names no such file.
+pub fn spectrometer_note(run: &Run) -> Option<String> {
+    let not_named = run.header.spectral.as_ref()?.corrections.not_named();
+    (!run.spectra.is_empty() && !not_named.is_empty()).then(|| {
+        format!(
+            "the spectra are not corrected for what the spectroradiometer does itself: the station names no {} \
+             (isolux calibrate spectroradiometer)",
+            not_named.join(", no ")
+        )
+    })
+}
+
 /// What the run itself and its station say.
 pub fn run_notes(
     run: &Run,

@@ -1,8 +1,10 @@
 //! Counts of a spectroradiometer's pixels → irradiance at whole nanometres, with the noise of both.
 
-use isolux_record::spectra::{DarkSubtraction, SpectralCalibration, SpectralIrradiance, SpectrumRecord};
+use isolux_record::spectra::{SpectralCalibration, SpectrumRecord};
 
+use crate::bandpass;
 use crate::error::ReduceError;
+use crate::instrument::{Chain, Linear, bandpass_nm};
 use crate::spectral_noise::with_expected_noise;
 
 /// Spectral irradiance at whole nanometres.
@@ -27,13 +29,13 @@ impl AtOneNm {
     pub fn mean(
         records: &[&SpectrumRecord],
         calibration: &SpectralCalibration,
-        dark: DarkSubtraction,
+        chain: Chain,
     ) -> Result<Self, ReduceError> {
         let mut mean = Self::default();
         let n = records.len() as f64;
         for record in records {
-            let light = record.irradiance(calibration, dark)?;
-            let quiet = with_expected_noise(record).irradiance(calibration, dark)?;
+            let light = Linear::of(record, calibration, chain)?;
+            let quiet = Linear::of(&with_expected_noise(record), calibration, chain)?;
             let calibrated: Vec<usize> = (0..record.pixels.len())
                 .filter(|&pixel| record.pixels[pixel].factor_w_m2_nm > 0.0)
                 .collect();
@@ -43,7 +45,7 @@ impl AtOneNm {
             let saturated: Vec<usize> = calibrated
                 .iter()
                 .copied()
-                .filter(|&pixel| light.irradiance_w_m2_nm[pixel].is_none())
+                .filter(|&pixel| light.per_s[pixel].is_none())
                 .collect();
             if let Some(&pixel) = saturated.first() {
                 let (pixels, wavelength_nm) = (saturated.len(), record.pixels[pixel].wavelength_nm);
@@ -53,21 +55,19 @@ impl AtOneNm {
                     wavelength_nm,
                 });
             }
-            let at: Vec<f64> = calibrated
-                .iter()
-                .map(|&pixel| record.pixels[pixel].wavelength_nm)
-                .collect();
-            let of: Vec<f64> = calibrated
-                .iter()
-                .filter_map(|&pixel| light.irradiance_w_m2_nm[pixel])
-                .collect();
-            let u =
-                |of: &SpectralIrradiance| -> Vec<f64> { calibrated.iter().map(|&pixel| of.u_w_m2_nm[pixel]).collect() };
+            let at: Vec<f64> = calibrated.iter().map(|&pixel| light.wavelength_nm[pixel]).collect();
+            let of: Vec<f64> = calibrated.iter().filter_map(|&pixel| light.per_s[pixel]).collect();
+            let u = |of: &Linear| -> Vec<f64> { calibrated.iter().map(|&pixel| of.u_per_s[pixel]).collect() };
             let (u, u_expected) = (u(&light), u(&quiet));
             let (grid, bins) = bins(&at);
             if grid.len() < 2 {
                 return Err(ReduceError::Uncalibrated { index: record.index });
             }
+            let factors: Vec<f64> = calibrated
+                .iter()
+                .map(|&pixel| record.pixels[pixel].factor_w_m2_nm)
+                .collect();
+            let bins = of_counts(bins, &factors, &at, bandpass_nm(calibration, chain));
             if mean.wavelength_nm.is_empty() {
                 let none = vec![0.0; grid.len()];
                 mean = Self {
@@ -98,6 +98,37 @@ impl AtOneNm {
         }
         Ok(mean)
     }
+}
+
+/// The weights of pixels' irradiances as weights of their counts a second: the bandpass is taken out of the counts, and
+/// what is left has the factor of its pixel.
+fn of_counts(
+    bins: Vec<Vec<(usize, f64)>>,
+    factors: &[f64],
+    at_nm: &[f64],
+    bandpass_nm: Option<f64>,
+) -> Vec<Vec<(usize, f64)>> {
+    let without = bandpass_nm.map(|fwhm_nm| bandpass::weights(at_nm, fwhm_nm));
+    let of = |weights: Vec<(usize, f64)>| {
+        let Some(without) = &without else {
+            return weights
+                .into_iter()
+                .map(|(pixel, weight)| (pixel, weight * factors[pixel]))
+                .collect();
+        };
+        let mut all: Vec<(usize, f64)> = Vec::new();
+        for (pixel, weight) in weights {
+            for &(from, share) in &without[pixel] {
+                let part = weight * factors[pixel] * share;
+                match all.iter_mut().find(|(known, _)| *known == from) {
+                    Some((_, sum)) => *sum += part,
+                    None => all.push((from, part)),
+                }
+            }
+        }
+        all
+    };
+    bins.into_iter().map(of).collect()
 }
 
 /// For every whole nanometre whose ± ½ nm the pixels cover: weights of the pixels in the mean of their linear

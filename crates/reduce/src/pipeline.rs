@@ -131,6 +131,8 @@ pub fn reduce(
     notes.extend(notes::burning_notes(all, &rows, &drift, on(Correction::Drift)));
     notes.extend(over_angle.iter().flat_map(|found| found.notes.clone()));
     notes.extend(no_colours);
+    notes.extend(notes::spectrometer_note(run));
+    notes.extend(notes::factors_note(run));
     notes.extend(notes::run_notes(run, &options.without, &background, used, rows.len()));
     Ok(Reduction {
         other_distances: apparent::other_distances(all, distance_mm, subtract, |mm| meter.factor(0.0, 0.0, mm)),

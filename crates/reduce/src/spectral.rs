@@ -4,14 +4,14 @@ use isolux_record::ReadingKind;
 use isolux_record::observation::SharedErrors;
 use isolux_record::plan::Instrument;
 use isolux_record::run::Run;
-use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
+use isolux_record::spectra::{SpectralCorrections, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
 use crate::Options;
 use crate::colour::{Colour, bow_changed, shape_changed, wavelengths_changed};
-use crate::correction::Correction;
 use crate::error::ReduceError;
+use crate::instrument::{self, Chain};
 use crate::known::Known;
 use crate::one_nm::AtOneNm;
 use crate::quantity::Quantity;
@@ -36,6 +36,8 @@ pub struct SpectralResult {
     pub lamp_s: Option<f64>,
     /// What all its values share.
     pub shared: SharedErrors,
+    /// What the laboratory has found of the instrument, which it is corrected by unless that is switched off.
+    pub corrections: SpectralCorrections,
     /// Luminous efficacy of radiation.
     pub ler: Quantity,
     /// Irradiance 360–830 nm.
@@ -51,7 +53,7 @@ pub struct SpectralResult {
 /// # Errors
 /// [`ReduceError`] for saturation where there is light, or no calibration.
 pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, ReduceError> {
-    let dark = subtracted(options);
+    let chain = Chain::without(&options.without);
     let on_axis = |record: &&SpectrumRecord| is_lit(run, record) && record.gamma_deg.abs() < ON_AXIS_DEG;
     let Some(first) = run.spectra.iter().find(on_axis) else {
         return Ok(None);
@@ -68,26 +70,23 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
         value,
         variance,
         expected,
-    } = AtOneNm::mean(&records, calibration, dark)?;
+    } = AtOneNm::mean(&records, calibration, chain)?;
     let spectrum = Spectrum::new(wavelength, value)?;
     let root = |variance: Vec<f64>| -> Vec<f64> { variance.into_iter().map(f64::sqrt).collect() };
-    let known = Known::of(run, dark, first.distance_mm);
+    let known = Known::of(run, chain, first.distance_mm);
+    let mut moved = Vec::new();
+    for (part, calibration) in instrument::moved(calibration, chain) {
+        let mean = AtOneNm::mean(&records, &calibration, chain)?;
+        moved.push((part, Spectrum::new(mean.wavelength_nm, mean.value)?));
+    }
     Ok(Some(SpectralResult {
         u_expected_w_m2_nm: root(expected),
         c_deg: first.c_deg,
+        corrections: calibration.corrections.clone(),
         time_s: middle(records.iter().map(|record| record.time_s)),
         lamp_s: middle(records.iter().map(|record| record.lamp_s)),
-        ..result(spectrum, root(variance), first.distance_mm, &known)
+        ..result(spectrum, root(variance), first.distance_mm, &known, &moved)
     }))
-}
-
-/// The dark that is subtracted.
-pub fn subtracted(options: &Options) -> DarkSubtraction {
-    if options.without.contains(&Correction::SpectralDark) {
-        DarkSubtraction::Off
-    } else {
-        DarkSubtraction::Spectrum
-    }
 }
 
 /// Whether a spectrum is one of the lamp, of a block of the plan.
@@ -106,7 +105,13 @@ fn middle(times: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     times.sum::<Option<f64>>().map(|sum| sum / count)
 }
 
-fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Known) -> SpectralResult {
+fn result(
+    spectrum: Spectrum,
+    u_w_m2_nm: Vec<f64>,
+    distance_mm: f64,
+    known: &Known,
+    moved: &[(&'static str, Spectrum)],
+) -> SpectralResult {
     let v_lambda: Vec<f64> = spectrum.wavelength_nm().iter().map(|&nm| v_at(nm)).collect();
     let (integral, luminous) = (spectrum.integral(), spectrum.luminous_integral());
     let ler = luminous / integral;
@@ -118,14 +123,16 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
             .sum::<f64>()
             .sqrt()
     };
-    let level = |value: f64, noise: f64, unit| {
+    let level = |of: &dyn Fn(&Spectrum) -> f64, noise: f64, unit| {
+        let value = of(&spectrum);
+        let moved = moved.iter().map(|(part, there)| (*part, of(there) - value));
         let parts = [
             ("noise", noise),
             ("calibration", value * known.calibration_rel),
             ("distance", value * known.distance_rel),
             ("stray", value * known.stray_rel),
         ];
-        Quantity::new(value, unit, parts).lacking(known.level.iter().cloned())
+        Quantity::new(value, unit, parts.into_iter().chain(moved)).lacking(known.level.iter().cloned())
     };
     // What a number of the spectrum changes by when its shape or its wavelengths are wrong by their uncertainty.
     let shaped = shape_changed(&spectrum, known.shape_rel);
@@ -138,17 +145,25 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
             .map(|changed| changed.luminous_integral() / changed.integral());
         there.map_or(0.0, |there| there - ler)
     };
+    let of_moved = moved
+        .iter()
+        .map(|(part, there)| (*part, there.luminous_integral() / there.integral() - ler));
     let parts = [
         ("noise", noise_of_ler),
         ("calibration_shape", ler_change(&shaped)),
         ("calibration_bow", ler_change(&bowed)),
         ("wavelength", ler_change(&shifted)),
     ];
+    let parts = parts.into_iter().chain(of_moved);
     SpectralResult {
         ler: Quantity::new(ler, "lm/W", parts).lacking(known.colour.iter().cloned()),
-        irradiance: level(integral, squares(&|_| 1.0), "W/m²"),
-        illuminance: level(luminous, squares(&|place| 683.0 * v_lambda[place]), "lx"),
-        colour: Colour::of(&spectrum, &u_w_m2_nm, known),
+        irradiance: level(&Spectrum::integral, squares(&|_| 1.0), "W/m²"),
+        illuminance: level(
+            &Spectrum::luminous_integral,
+            squares(&|place| 683.0 * v_lambda[place]),
+            "lx",
+        ),
+        colour: Colour::of(&spectrum, &u_w_m2_nm, known, moved),
         spectrum,
         u_expected_w_m2_nm: u_w_m2_nm.clone(),
         u_w_m2_nm,
@@ -157,6 +172,7 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
         time_s: None,
         lamp_s: None,
         shared: known.shared(),
+        corrections: SpectralCorrections::default(),
     }
 }
 
@@ -190,7 +206,7 @@ mod tests {
             ..Known::default()
         };
         let spectrum_of_test = spectrum.clone();
-        let result = result(spectrum, u, 500.0, &known);
+        let result = result(spectrum, u, 500.0, &known, &[]);
         let expected: f64 = value.iter().map(|value| (0.01 * value).powi(2)).sum::<f64>().sqrt();
         assert!((result.irradiance.parts["noise"] - expected).abs() < 1e-12);
         assert!((result.irradiance.parts["calibration"] / result.irradiance.value - 0.02).abs() < 1e-12);

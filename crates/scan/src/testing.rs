@@ -11,7 +11,7 @@ use isolux_device::{
     Axis, AxisScale, AxisSettings, Conversions, LuxMeterProperties, Sense, SpectroradiometerProperties,
 };
 use isolux_record::run::{RunDir, RunHeader};
-use isolux_record::spectra::SpectralCalibration;
+use isolux_record::spectra::{SpectralCalibration, SpectralCorrections};
 use isolux_record::{Plan, Station};
 use isolux_units::{AxisAngle, Lux};
 
@@ -99,6 +99,8 @@ pub fn bench() -> (Devices, Shared) {
             full_scale_counts: 65_535.0,
             nonlinearity: Vec::new(),
             dark_pixels: [0, 1],
+            corrections: SpectralCorrections::default(),
+            factors_corrected_by: None,
         },
         device: Box::new(FakeSpectro {
             identity: identity("spectro"),

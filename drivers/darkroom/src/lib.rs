@@ -21,6 +21,7 @@ pub mod floor;
 pub mod head;
 pub mod illuminator;
 pub mod injected_effects;
+mod lines;
 pub mod meter;
 pub mod motion;
 pub mod mount;

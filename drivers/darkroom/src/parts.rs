@@ -285,6 +285,14 @@ part! {
         nonlinearity: f64 = 0.04, -0.3..=0.3;
         /// A further loss at full scale, in the same form, of which the polynomial that it stores knows nothing.
         nonlinearity_error: f64 = 0.0, -0.2..=0.2;
+        /// By how much the wavelengths that it states are too long: Σ e_k·tᵏ with t = (stated − 550 nm)/300 nm, nm.
+        wavelength_error_nm: [f64; 3] = [0.0; 3];
+        /// Share of all its counts that its inside scatters evenly over all pixels.
+        scatter_rel: f64 = 0.0, 0.0..=0.5;
+        /// Illuminance of a mercury-argon lamp close before its entrance, lx; 0: none is there.
+        line_lamp_lx: f64 = 0.0, 0.0..=1e6;
+        /// Wavelength at which a long-pass filter on its entrance transmits half of the most, nm; 0: none is there.
+        filter_cut_on_nm: f64 = 0.0, 0.0..=2000.0;
         /// Counts at which the converter ends.
         saturation_counts: u16 = 65_535;
     }
@@ -294,6 +302,20 @@ impl Spectroradiometer {
     /// True wavelength at a pixel, or between two, nm.
     pub fn nm_at(&self, pixel: f64) -> f64 {
         self.wavelength_nm.iter().rev().fold(0.0, |sum, c| sum * pixel + c)
+    }
+
+    /// True wavelength where it states `stated_nm`, nm.
+    pub fn true_nm(&self, stated_nm: f64) -> f64 {
+        let t = (stated_nm - 550.0) / 300.0;
+        stated_nm - self.wavelength_error_nm.iter().rev().fold(0.0, |sum, e| sum * t + e)
+    }
+
+    /// Transmittance of the filter on its entrance: the edge of a coloured glass.
+    pub fn filter(&self, wavelength_nm: f64) -> f64 {
+        if self.filter_cut_on_nm == 0.0 {
+            return 1.0;
+        }
+        0.91 / (1.0 + ((self.filter_cut_on_nm - wavelength_nm) / 3.0).exp())
     }
 }
 

@@ -84,6 +84,9 @@ fn positions(path: &str, axis: &Axis) -> Result<(), document::Fault> {
 }
 
 fn wavelengths(spectro: &Spectroradiometer) -> Result<(), document::Fault> {
+    for error_nm in spectro.wavelength_error_nm {
+        within("spectroradiometer.wavelength_error_nm", error_nm, -20.0..=20.0, " nm")?;
+    }
     let rising = (0..2048).map(|pixel| spectro.nm_at(f64::from(pixel)));
     require(
         "spectroradiometer.wavelength_nm",

@@ -1,5 +1,6 @@
 //! The array spectroradiometer: what each of its pixels counts.
 
+use crate::lines;
 use crate::noise::{Noise, Stream};
 use crate::parts::Spectroradiometer;
 use crate::room::Room;
@@ -25,6 +26,8 @@ pub struct Exposure {
     pub illuminance_lx: f64,
     /// Phosphor light in it against the chip's, 1 along an LED's axis.
     pub phosphor: f64,
+    /// Illuminance of a line lamp on the entrance besides, lx.
+    pub lines_lx: f64,
     /// Integration time, s.
     pub integration_s: f64,
     /// Temperature of the detector, °C.
@@ -39,8 +42,9 @@ impl Room {
     /// are in it, its dark is not.
     pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64, phosphor: f64) -> f64 {
         let injected_effects = &self.document().injected_effects;
-        let spectrum = self.spectrum();
-        let true_nm = stated_nm - injected_effects.spectro_shift.shift_nm;
+        let instrument = &self.document().spectroradiometer;
+        let per_lux = |nm: f64| instrument.filter(nm) * self.spectrum().per_lux(nm, phosphor);
+        let true_nm = instrument.true_nm(stated_nm) - injected_effects.spectro_shift.shift_nm;
         // A triangle of the given full width at half maximum is the running mean of a running mean.
         let fwhm = injected_effects.spectro_bandpass.fwhm_nm;
         let mut first_order = 0.0;
@@ -50,16 +54,29 @@ impl Room {
             for k in 0..CELLS {
                 let t = 2.0 * (k as f64 + 0.5) / CELLS as f64 - 1.0;
                 let w = 1.0 - t.abs();
-                first_order += w * spectrum.per_lux(true_nm + fwhm * t, phosphor);
+                first_order += w * per_lux(true_nm + fwhm * t);
                 weight += w;
             }
             first_order /= weight;
         } else {
-            first_order = spectrum.per_lux(true_nm, phosphor);
+            first_order = per_lux(true_nm);
         }
-        let stray = injected_effects.spectro_stray.fraction * spectrum.watt_per_lux(phosphor);
-        let second = injected_effects.spectro_2nd.fraction * spectrum.per_lux(0.5 * true_nm, phosphor);
+        let stray = injected_effects.spectro_stray.fraction * self.spectrum().watt_per_lux(phosphor);
+        let second = injected_effects.spectro_2nd.fraction * per_lux(0.5 * true_nm);
         illuminance_lx * (first_order + stray + second)
+    }
+
+    /// Spectral irradiance of `lines_lx` of a mercury-argon lamp as a pixel of `pixel_nm` sees it, W/(m² nm).
+    fn spread_lines(&self, stated_nm: f64, pixel_nm: f64, lines_lx: f64) -> f64 {
+        if lines_lx == 0.0 {
+            return 0.0;
+        }
+        let injected_effects = &self.document().injected_effects;
+        let instrument = &self.document().spectroradiometer;
+        let true_nm = instrument.true_nm(stated_nm) - injected_effects.spectro_shift.shift_nm;
+        let fwhm_nm = injected_effects.spectro_bandpass.fwhm_nm;
+        let filtered = |nm: f64| instrument.filter(nm);
+        lines_lx * lines::per_lux(true_nm, pixel_nm, fwhm_nm, filtered)
     }
 
     /// Spectral irradiance that a calibrated reading on the axis gives at the stated wavelength, noise-free, W/(m²
@@ -91,22 +108,36 @@ impl Room {
         let noise = Noise::new(seed, Stream::Spectrometer);
         // Dark current of silicon doubles every 7 K.
         let dark_rate = instrument.dark_counts_per_s * ((exposure.detector_c - 25.0) / 7.0).exp2();
-        (0..PIXELS)
+        let is_black = |pixel: usize| (BLACK_PIXELS.0..=BLACK_PIXELS.1).contains(&pixel);
+        let light: Vec<f64> = (0..PIXELS)
             .map(|pixel| {
-                let stated_nm = instrument.nm_at(pixel as f64);
-                let black = (BLACK_PIXELS.0..=BLACK_PIXELS.1).contains(&pixel);
-                let light = if black || exposure.illuminance_lx == 0.0 {
+                let [stated_nm, next_nm] = [pixel, pixel + 1].map(|pixel| instrument.nm_at(pixel as f64));
+                let lamp = if exposure.illuminance_lx == 0.0 {
                     0.0
                 } else {
                     self.spread_irradiance(stated_nm, exposure.illuminance_lx, exposure.phosphor)
                 };
+                let lines = self.spread_lines(stated_nm, next_nm - stated_nm, exposure.lines_lx);
+                if is_black(pixel) {
+                    0.0
+                } else {
+                    (lamp + lines) * responsivity(stated_nm)
+                }
+            })
+            .collect();
+        let scattered = instrument.scatter_rel * light.iter().sum::<f64>() / PIXELS as f64;
+        (0..PIXELS)
+            .map(|pixel| {
+                let stated_nm = instrument.nm_at(pixel as f64);
+                let black = is_black(pixel);
                 // An error of the dark is not seen by the black pixels: it is what makes it an error.
                 let pedestal = if black {
                     0.0
                 } else {
                     self.document().injected_effects.spectro_dark.offset
                 };
-                let rate = (light + pedestal) * responsivity(stated_nm) * instrument.counts_per_s;
+                let scattered = if black { 0.0 } else { scattered };
+                let rate = (light[pixel] + scattered + pedestal * responsivity(stated_nm)) * instrument.counts_per_s;
                 let dark = dark_rate * (1.0 + 0.05 * pattern.normal(pixel as u64, 0)).max(0.0);
                 let collected = (rate + dark) * exposure.integration_s;
                 let [shot, read] = noise.normal_pair(exposure.index, pixel as u32);
@@ -177,6 +208,7 @@ mod tests {
         let exposure = Exposure {
             illuminance_lx: 1330.0,
             phosphor: 1.0,
+            lines_lx: 0.0,
             integration_s: 0.2,
             detector_c: 25.0,
             index: 3,
@@ -213,6 +245,7 @@ mod tests {
         let exposure = Exposure {
             illuminance_lx: 1330.0,
             phosphor: 1.0,
+            lines_lx: 0.0,
             integration_s: 30.0,
             detector_c: 25.0,
             index: 0,

@@ -295,6 +295,19 @@ impl World {
             })
     }
 
+    /// Illuminance of a line lamp before its entrance, behind the shutter, averaged from `from_s` to `to_s`, lx. Nothing
+    /// of the room switches it.
+    pub fn line_lamp_lx(&self, from_s: f64, to_s: f64) -> f64 {
+        let lines_lx = self.room.document().spectroradiometer.line_lamp_lx;
+        self.average(from_s, to_s, |world, at_s, _| {
+            if world.switches_at(at_s).shutter_open {
+                lines_lx
+            } else {
+                0.0
+            }
+        })
+    }
+
     /// Phosphor light against the chip's in that light at `at_s`: its colour.
     pub fn spectroradiometer_phosphor(&self, at_s: f64) -> f64 {
         let switches = self.switches_at(at_s);

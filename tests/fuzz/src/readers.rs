@@ -9,7 +9,7 @@ use isolux_formats::tm25::{Ray, RaySet, Reader};
 use isolux_formats::{Content, ReadOptions, WriteOptions, formats, read_any_with, write_distribution, write_spectrum};
 use isolux_model::{Model, Scene};
 use isolux_record::responsivity::WavelengthCurve;
-use isolux_record::spectra::{Pixel, SpectralCalibration, SpectrumRecord, parse_calibration};
+use isolux_record::spectra::{Pixel, SpectralCalibration, SpectralCorrections, SpectrumRecord, parse_calibration};
 use isolux_record::{Plan, ReadingKind, Station, readings};
 
 use crate::Target;
@@ -220,6 +220,8 @@ fn spectrum() -> Vec<u8> {
         full_scale_counts: 65_535.0,
         nonlinearity: vec![1.0, -1e-6],
         dark_pixels: [0, 1],
+        corrections: SpectralCorrections::default(),
+        factors_corrected_by: None,
     };
     let pixel = |wavelength_nm| Pixel {
         wavelength_nm,

@@ -64,6 +64,8 @@ fn factor_file(calibration: &Calibration, factors: &super::SpectralFactors) -> S
          # Record: SHA-256 of its run.toml {}.\n\
          # {:.4} A (certified {:.4} A), {} mm (certified {} mm), read from {:.0} s after switching on{}.\n\
          # {} s at the longest; linear within {:.2e}, behind the baffle {:.2e} of the light, light changed by {:.1e}.\n\
+         # Corrected by: {}\n\
+         # wavelength_nm: as the instrument states it.\n\
          # u_…: relative standard uncertainties (k = 1) by cause. What wavelengths share of each is in \
          calibration.json.\n",
         of.instrument,
@@ -84,14 +86,15 @@ fn factor_file(calibration: &Calibration, factors: &super::SpectralFactors) -> S
         factors.integration_s,
         factors.nonlinearity_rel,
         factors.stray_rel,
-        factors.change_rel
+        factors.change_rel,
+        factors.corrected_by
     );
     text += "wavelength_nm,factor,u_rel";
     for part in &factors.components {
         let _ = write!(text, ",u_{}_rel", part.name);
     }
     text.push('\n');
-    for (place, nm) in factors.wavelength_nm.iter().enumerate() {
+    for (place, nm) in factors.stated_nm.iter().enumerate() {
         let factor = factors.factor_w_m2_nm[place];
         let _ = write!(text, "{nm:.4},{factor:.6e},{:.3e}", factors.u_rel_at(place));
         for part in &factors.components {

@@ -5,6 +5,7 @@ mod diary;
 mod document;
 mod files;
 mod procedure;
+pub mod spectrometer;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::run::StopHow;
@@ -82,7 +83,15 @@ pub fn run(request: &CalibrationRequest<'_>) -> Result<Done, Failure> {
         let today = Timestamp::now().to_string();
         let day = today.get(..10).unwrap_or_default();
         standard::stated(request.instrument, &source.station, &standard, distance_mm, day).map_err(refused)?;
-        scan(request, &source, &standard, recorded.is_some())?;
+        let text = procedure::plan(request.instrument, &source.station, &standard);
+        let bench = AtBench {
+            out: request.out,
+            force: request.force,
+            operator: request.operator,
+            control: request.control,
+            progress: request.progress,
+        };
+        bench.scan(&source, &text, &subject(&standard), recorded.is_some())?;
     }
     let run = record::read_at_rest(request.out)?;
     let header = disk_files::read(&request.out.join("run.toml"))?;
@@ -131,36 +140,48 @@ fn recorded(path: &Utf8Path) -> Result<Option<StopHow>, Failure> {
     Ok(Some(header.stopped.map_or(StopHow::Interrupted, |stopped| stopped.how)))
 }
 
-fn scan(
-    request: &CalibrationRequest<'_>,
-    source: &StationFiles,
-    standard: &Standard,
-    resume: bool,
-) -> Result<(), Failure> {
-    let file = Utf8Path::new("procedure of the calibration");
-    let text = procedure::plan(request.instrument, &source.station, standard);
-    let plan = Plan::parse(file, &text).map_err(Failure::bad_input)?;
-    isolux_scan::dry_run(&source.station, &plan).map_err(|fault| located(file, &text, &fault))?;
-    let target = if resume {
-        Target::Resume(request.out)
-    } else {
-        Target::New(request.out)
-    };
-    let job = ScanJob {
-        source,
-        plan: &plan,
-        place: Place::take(target, request.force.is_some())?.of(&subject(standard)),
-        force: request.force,
-        operator: request.operator,
-        control: request.control,
-        progress: request.progress,
-    };
-    match job.execute() {
-        Ok(_) => Ok(()),
-        Err(failure) if failure.help.as_ref().is_some_and(|help| help.contains("--resume")) => {
-            Err(failure.help(format!("the same command goes on with {}", request.out)))
+/// With whom and what a procedure is carried out.
+#[derive(Clone, Copy)]
+pub struct AtBench<'a> {
+    /// The run directory; one that was broken off is resumed, one that is complete is only computed again.
+    pub out: &'a Utf8Path,
+    /// The reason for which instruments may be taken over.
+    pub force: Option<&'a str>,
+    /// The person beside the bench.
+    pub operator: Option<&'a dyn Operator>,
+    /// Pauses and ends the scan.
+    pub control: &'a Control,
+    /// Receives what happens.
+    pub progress: &'a dyn Progress,
+}
+
+impl AtBench<'_> {
+    /// Scans by the plan in `text`, or goes on with the run where it was broken off.
+    fn scan(&self, source: &StationFiles, text: &str, subject: &Subject, resume: bool) -> Result<(), Failure> {
+        let file = Utf8Path::new("procedure of the calibration");
+        let plan = Plan::parse(file, text).map_err(Failure::bad_input)?;
+        isolux_scan::dry_run(&source.station, &plan).map_err(|fault| located(file, text, &fault))?;
+        let target = if resume {
+            Target::Resume(self.out)
+        } else {
+            Target::New(self.out)
+        };
+        let job = ScanJob {
+            source,
+            plan: &plan,
+            place: Place::take(target, self.force.is_some())?.of(subject),
+            force: self.force,
+            operator: self.operator,
+            control: self.control,
+            progress: self.progress,
+        };
+        match job.execute() {
+            Ok(_) => Ok(()),
+            Err(failure) if failure.help.as_ref().is_some_and(|help| help.contains("--resume")) => {
+                Err(failure.help(format!("the same command goes on with {}", self.out)))
+            }
+            Err(failure) => Err(failure),
         }
-        Err(failure) => Err(failure),
     }
 }
 

@@ -146,7 +146,7 @@ pub fn with_standard(
 ) -> Result<Vec<Utf8PathBuf>, Failure> {
     let mut files = standard::files(&instruments.choice()?)?;
     for (name, text) in &mut files {
-        if *name == "station.toml" {
+        if name.starts_with("station") {
             *text = format!("{STATION_HEAD}{text}{STATION_TAIL}");
         }
     }

@@ -22,7 +22,7 @@ const VALID_DAYS: i64 = 365;
 
 /// What the room has otherwise than the built-in one: a filament lamp of 48 W and 3000 lm as bright as illuminant A,
 /// the lux meter at the distance of its illuminance.
-const OTHERWISE: [(&str, &str, &str); 16] = [
+const OTHERWISE: [(&str, &str, &str); 17] = [
     ("[lamp]", "flux_lm", "3000.0"),
     ("[lamp]", "ring_diameter_mm", "[0.0]"),
     ("[lamp]", "leds_per_ring", "[1]"),
@@ -39,9 +39,24 @@ const OTHERWISE: [(&str, &str, &str); 16] = [
     ("[injected_effects.lamp_warmup]", "time_constant_s", "120.0"),
     ("[injected_effects.floor_reflection]", "albedo", "0.02"),
     ("[injected_effects.distance_offset]", "offset_mm", "0.6"),
+    ("[injected_effects.spectro_bandpass]", "fwhm_nm", "2.0"),
 ];
 
-/// Room, certificate, station and former factors, with the twins of `choice`.
+/// The same instrument before a line lamp, and behind a filter: a room and a station each.
+const BEFORE_LINES: [&str; 2] = ["room-lines.toml", "station-lines.toml"];
+const BEHIND_FILTER: [&str; 2] = ["room-filter.toml", "station-filter.toml"];
+const FILTER_FILE: &str = "filter.toml";
+const FILTER: &str = "\
+# A long-pass filter before the entrance of the spectroradiometer, for --cut-on.
+format = \"isolux-filter/1\"
+designation = \"virtual OG515\"
+cut_on_nm = 515.0                       # half of the most is transmitted
+opaque_below_nm = 460.0
+transmittance_below_max = 1e-6          # below that
+";
+
+/// Room, certificate, station and former factors, with the twins of `choice`, and what the procedures of the
+/// spectroradiometer itself are tried with.
 ///
 /// # Errors
 /// Never for the files as they are shipped.
@@ -68,31 +83,44 @@ pub fn files(choice: &Choice) -> Result<Vec<(&'static str, String)>, Failure> {
     let outlets = in_memory(&choice);
     let station = station_in(Some(ROOM_FILE), &document, &outlets);
     let mut files = vec![
-        (ROOM_FILE, room_text),
+        (ROOM_FILE, room_text.clone()),
         (STANDARD_FILE, written.document),
         (TABLE_FILE, written.table),
         ("station.toml", station),
     ];
+    for ([room, station], key, value) in [
+        (BEFORE_LINES, "line_lamp_lx", "100.0"),
+        (BEHIND_FILTER, "filter_cut_on_nm", "515.0"),
+    ] {
+        files.push((room, changed(&room_text, &[("[spectroradiometer]", key, value)])));
+        files.push((station, station_in(Some(room), &document, &outlets)));
+    }
+    files.push((FILTER_FILE, FILTER.to_owned()));
     files.extend(calibration(&Room::new(document), &outlets).map(|text| (CALIBRATION_FILE, text)));
     Ok(files)
 }
 
 /// The built-in room with that lamp.
 fn room() -> String {
+    changed(super::ROOM, &OTHERWISE)
+}
+
+/// The room in `text` with other values of some keys.
+fn changed(text: &str, otherwise: &[(&str, &str, &str)]) -> String {
     let mut table = "";
-    let mut text = String::new();
-    for line in super::ROOM.lines() {
+    let mut changed = String::new();
+    for line in text.lines() {
         table = if line.starts_with('[') { line } else { table };
         let key = line.split([' ', '=']).next().unwrap_or("");
         let comment = line.find('#').map_or("", |at| &line[at..]);
-        let other = OTHERWISE.iter().find(|(of, name, _)| *of == table && *name == key);
-        text += &match other {
+        let other = otherwise.iter().find(|(of, name, _)| *of == table && *name == key);
+        changed += &match other {
             Some((_, _, value)) => format!("{:<31} {comment}", format!("{key} = {value}")),
             None => line.to_owned(),
         };
-        text.push('\n');
+        changed.push('\n');
     }
-    text
+    changed
 }
 
 #[cfg(test)]

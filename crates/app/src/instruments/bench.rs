@@ -6,7 +6,7 @@ use isolux_record::disk::sha256;
 use isolux_record::document::{self, Fault};
 use isolux_record::responsivity::{MeterCurves, WavelengthCurve};
 use isolux_record::run::{BenchCheck, RunHeader};
-use isolux_record::spectra::{SpectralCalibration, parse_calibration};
+use isolux_record::spectra::{SpectralCalibration, SpectralCorrections, corrected_by, parse_calibration};
 use isolux_record::station::{self, Access};
 use isolux_record::{Plan, Station};
 use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
@@ -15,7 +15,7 @@ use isolux_spectrum::meter::f1_prime;
 use isolux_units::Millimetre;
 
 use crate::instruments::catalogue::{Catalogue, open_failure};
-use crate::instruments::roles;
+use crate::instruments::{corrections, roles};
 use crate::{Failure, history};
 
 /// Name and version of this program, as records carry it.
@@ -34,6 +34,8 @@ pub struct StationFiles {
     pub checks: Vec<BenchCheck>,
     /// What the head of the lux meter answers, where the station names it.
     pub luxmeter: Option<MeterCurves>,
+    /// What the laboratory has found of the spectroradiometer.
+    pub corrections: SpectralCorrections,
 }
 
 impl StationFiles {
@@ -61,12 +63,17 @@ impl StationFiles {
             // No spectroradiometer, or the calibration that it stores itself.
             None => None,
         };
+        let corrections = corrections::load(&station, file).map_err(|error| match error {
+            corrections::Unusable::Missing(fault) => located(&fault).help("put the file there, or remove the key"),
+            corrections::Unusable::Wrong(error) => Failure::bad_input(error),
+        })?;
         Ok(Self {
             file: file.to_owned(),
             luxmeter: curves(file, &station, &located)?,
             station,
             calibration,
             checks: history::checks(file)?,
+            corrections,
         })
     }
 
@@ -85,6 +92,7 @@ impl StationFiles {
             file: file.to_owned(),
             station,
             calibration,
+            corrections: SpectralCorrections::default(),
             checks: Vec::new(),
             luxmeter: None,
         })
@@ -174,9 +182,11 @@ impl StationFiles {
             .await
             .map_err(|error| failed("spectroradiometer", error))?;
         is_the_one("spectroradiometer", settings.serial.as_deref(), device.identity())?;
+        corrections::of_this_one(&self.corrections, device.identity())?;
         let properties = device.properties();
         let (name, bytes, factor_w_m2_nm) = if let Some((file, text)) = &self.calibration {
             let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
+            // By the wavelengths that the instrument states a table knows the pixels, whatever the true ones are.
             let factors = spectrum::factors_at(&properties.wavelength_nm, &table);
             (file.file_name().unwrap_or("calibration"), text.clone(), factors)
         } else {
@@ -199,6 +209,11 @@ impl StationFiles {
             full_scale_counts: f64::from(properties.full_scale_counts),
             nonlinearity: properties.nonlinearity.clone(),
             dark_pixels: [properties.dark_pixels.start, properties.dark_pixels.end],
+            corrections: self.corrections.clone(),
+            factors_corrected_by: self
+                .calibration
+                .as_ref()
+                .and_then(|(_, text)| Some(corrected_by(text)?.to_owned())),
         };
         Ok(Some(CalibratedSpectro {
             device,

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod catalogue;
 pub mod check;
+mod corrections;
 pub mod devices;
 pub mod identify;
 pub mod owner;

@@ -62,6 +62,10 @@ const fn what(correction: Correction) -> &'static str {
         Correction::InverseSquare => "each reading's own distance; off: the station's",
         Correction::Drift => "drift of lamp and meter, from the reference point",
         Correction::SpectralDark => "dark spectrum",
+        Correction::Wavelengths => "wavelength scale of the spectroradiometer, from a line lamp",
+        Correction::Bandpass => "bandpass of the spectroradiometer, from a line lamp",
+        Correction::Scatter => "light scattered inside the spectroradiometer, from a long-pass filter",
+        Correction::SpectralLinearity => "linearity of the spectroradiometer, from integration times",
         Correction::Smoothing => "smoothing within rounding and scatter; off: the raw distribution",
     }
 }

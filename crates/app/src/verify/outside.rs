@@ -3,6 +3,7 @@
 use camino::Utf8Path;
 use isolux_record::RunHeader;
 use isolux_record::disk::sha256;
+use isolux_record::spectra::SpectralCorrections;
 
 use super::ledger::Ledger;
 use crate::Failure;
@@ -71,5 +72,29 @@ pub(super) fn check(file: &Utf8Path, header: Option<&RunHeader>, ledger: &mut Le
             }
         }
     }
+    if let Some(spectral) = &header.spectral {
+        corrections(&given.corrections, &spectral.corrections, ledger);
+    }
     Ok(())
+}
+
+/// What the laboratory has found of the spectroradiometer, which run.toml holds whole.
+fn corrections(given: &SpectralCorrections, then: &SpectralCorrections, ledger: &mut Ledger) {
+    let key = |key: &str| format!("spectroradiometer.{key}");
+    for (name, _) in given.made() {
+        let same = match name {
+            "wavelengths" => given.wavelengths == then.wavelengths,
+            "scatter" => given.scatter == then.scatter,
+            _ => given.linearity == then.linearity,
+        };
+        if same {
+            ledger.agrees(&key(name), "it is what run.toml holds of it");
+        } else {
+            ledger.differs(
+                &key(name),
+                None,
+                "is not the correction of the run: run.toml holds another",
+            );
+        }
+    }
 }

@@ -71,6 +71,10 @@ impl Lab {
         std::fs::write(&file, text.replacen(from, to, 1)).unwrap();
     }
 
+    pub fn folder(&self) -> &Utf8Path {
+        &self.folder
+    }
+
     pub fn run(&self, instrument: Instrument) -> Utf8PathBuf {
         self.folder.join(instrument.role())
     }

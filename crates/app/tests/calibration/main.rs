@@ -13,6 +13,7 @@ mod campaign;
 mod covariance;
 mod lab;
 mod refused;
+mod spectrometer;
 
 use isolux_app::FailureKind;
 use isolux_app::calibration::{Instrument, Outcome};

@@ -4,6 +4,16 @@ use camino::Utf8Path;
 
 use crate::table::{ObservationError, Problem, Table};
 
+/// Begin of the comment that says by what the standard of a calibration was corrected.
+const CORRECTED_BY: &str = "# Corrected by: ";
+
+/// By which corrections of the instrument the standard of this calibration was corrected, as
+/// [`SpectralCorrections::name`](super::SpectralCorrections::name) has it; none where it says nothing.
+pub fn corrected_by(text: &str) -> Option<&str> {
+    let mut comments = text.lines().take_while(|line| line.starts_with('#'));
+    Some(comments.find_map(|line| line.strip_prefix(CORRECTED_BY))?.trim())
+}
+
 /// A calibration: spectral irradiance of one linear count per second over wavelength, in the columns `wavelength_nm`
 /// and `factor` of a CSV. A line that begins with `#` is a comment.
 ///

@@ -159,6 +159,15 @@ pub struct Spectroradiometer {
     pub u_distance_mm: Option<f64>,
     /// `device` for the factors stored in the instrument, or a CSV of `wavelength_nm,factor` beside the station.
     pub calibration: String,
+    /// Its wavelength scale and bandpass, a file beside the station; without it the instrument's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelengths: Option<String>,
+    /// The light that it scatters inside, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<String>,
+    /// What is left of its non-linearity, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub linearity: Option<String>,
     /// Relative standard uncertainty of the irradiance calibration (k = 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_rel: Option<f64>,

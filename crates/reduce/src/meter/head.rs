@@ -12,6 +12,7 @@ use isolux_spectrum::{Spectrum, cie, illuminant};
 use crate::Options;
 use crate::colour::{bow_changed, shape_changed, wavelengths_changed};
 use crate::error::ReduceError;
+use crate::instrument::Chain;
 use crate::known::Known;
 use crate::over_angle::Measured;
 use crate::spectral::on_axis;
@@ -136,7 +137,12 @@ impl Lights {
     /// # Errors
     /// What makes counts no irradiance.
     pub fn of(run: &Run, options: &Options) -> Result<Option<Self>, ReduceError> {
-        if let Some(measured) = Measured::of(run, options)? {
+        let chain = Chain::without(&options.without);
+        let measured = match &run.header.spectral {
+            Some(calibration) => Measured::of(run, calibration, chain)?,
+            None => None,
+        };
+        if let Some(measured) = measured {
             let directions: Vec<(f64, f64)> = measured.directions.iter().map(|of| (of.c_deg, of.gamma_deg)).collect();
             if let (true, Ok(half_planes)) = (directions.len() > 1, HalfPlanes::new(&directions)) {
                 let of = measured.directions.into_iter().map(|of| Light {

@@ -19,8 +19,9 @@ use crate::Options;
 use crate::bench::Bench;
 use crate::correction::Correction;
 use crate::error::ReduceError;
+use crate::instrument::Chain;
 use crate::known::Known;
-use crate::spectral::{on_axis, subtracted};
+use crate::spectral::on_axis;
 
 /// Indices of the heads for which a budget without any says what they may cost: a good head and an ordinary one.
 const ORDINARY: [f64; 2] = [0.03, 0.06];
@@ -199,7 +200,7 @@ impl SpectralMatch {
     fn by_curve(run: &Run, options: &Options, head: &Head, lights: &Lights) -> Result<Self, Fails> {
         let of_each = |light: &Light| head.f_star(&light.spectrum);
         let f_star = lights.of.iter().map(of_each).collect::<Result<Vec<f64>, _>>()?;
-        let known = Known::of(run, subtracted(options), lights.distance_mm);
+        let known = Known::of(run, Chain::without(&options.without), lights.distance_mm);
         let parts_rel = parts_rel(head, lights, &f_star, &known)?;
         let field = Field {
             half_planes: lights.half_planes.clone(),

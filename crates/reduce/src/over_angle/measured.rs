@@ -5,16 +5,16 @@ use std::borrow::Cow;
 use isolux_photometry::direction;
 use isolux_record::plan::Block;
 use isolux_record::run::Run;
-use isolux_record::spectra::SpectrumRecord;
+use isolux_record::spectra::{SpectralCalibration, SpectrumRecord};
 use isolux_spectrum::{Spectrum, cie};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Options;
 use crate::error::ReduceError;
 use crate::grid::{folded, is_pole};
+use crate::instrument::Chain;
 use crate::one_nm::AtOneNm;
-use crate::spectral::{ON_AXIS_DEG, is_lit, subtracted};
+use crate::spectral::{ON_AXIS_DEG, is_lit};
 
 /// A spectrum with less light than so many of its own standard uncertainties shows no colour.
 const LEAST_OF_NOISE: f64 = 10.0;
@@ -62,9 +62,8 @@ impl Measured {
     /// The lit spectra at the distance with the most directions; none where all are on the axis.
     ///
     /// # Errors
-    /// [`ReduceError::NoCalibration`], and what makes counts no irradiance. A direction that is saturated or dark is
-    /// left out.
-    pub fn of(run: &Run, options: &Options) -> Result<Option<Self>, ReduceError> {
+    /// What makes counts no irradiance. A direction that is saturated or dark is left out.
+    pub fn of(run: &Run, calibration: &SpectralCalibration, chain: Chain) -> Result<Option<Self>, ReduceError> {
         let records = run.spectra.iter().filter(|record| is_lit(run, record));
         let placed: Vec<Placed<'_>> = records.filter_map(|record| Placed::of(run, record)).collect();
         let at = |distance_mm: f64| {
@@ -89,7 +88,6 @@ impl Measured {
         if keys.iter().all(|[_, gamma_deg]| *gamma_deg < ON_AXIS_DEG) {
             return Ok(None);
         }
-        let calibration = run.header.spectral.as_ref().ok_or(ReduceError::NoCalibration)?;
         let mut measured = Self {
             directions: Vec::new(),
             left_out: Vec::new(),
@@ -99,7 +97,7 @@ impl Measured {
             let of_key = at(distance_mm).filter(|placed| placed.key() == key);
             let records: Vec<&SpectrumRecord> = of_key.map(|placed| placed.record).collect();
             let [c_deg, gamma_deg] = key;
-            let mean = AtOneNm::mean(&records, calibration, subtracted(options));
+            let mean = AtOneNm::mean(&records, calibration, chain);
             let reason = match mean {
                 Ok(mean) => match Direction::of(c_deg, gamma_deg, mean)? {
                     Ok(direction) => {

@@ -28,9 +28,9 @@ use crate::budget::Common;
 use crate::circle;
 use crate::colour::{Colour, noise};
 use crate::error::ReduceError;
+use crate::instrument::{self, Chain};
 use crate::known::Known;
 use crate::quantity::Quantity;
-use crate::spectral::subtracted;
 use crate::{Options, partial::Partial};
 
 /// Directions with less of the largest intensity do not count for Δu′v′ (IES LM-79-08, 12).
@@ -80,7 +80,15 @@ struct Set {
 /// # Errors
 /// [`ReduceError`] where counts make no irradiance at all.
 pub fn of(run: &Run, options: &Options, lamp: &Lamp<'_>) -> Result<Option<Result<OverAngle, String>>, ReduceError> {
-    let Some(measured) = Measured::of(run, options)? else {
+    let chain = Chain::without(&options.without);
+    let Some(calibration) = &run.header.spectral else {
+        return if run.spectra.is_empty() {
+            Ok(None)
+        } else {
+            Err(ReduceError::NoCalibration)
+        };
+    };
+    let Some(measured) = Measured::of(run, calibration, chain)? else {
         return Ok(None);
     };
     let why = |error: &dyn std::fmt::Display| Ok(Some(Err(format!("no colour over angle: {error}"))));
@@ -115,7 +123,14 @@ pub fn of(run: &Run, options: &Options, lamp: &Lamp<'_>) -> Result<Option<Result
         Ok(set) => set,
         Err(error) => return why(&error),
     };
-    let known = Known::of(run, subtracted(options), distance_mm);
+    let mut moved = Vec::new();
+    for (part, calibration) in instrument::moved(calibration, chain) {
+        let there = Measured::of(run, &calibration, chain)?.map_or_else(Vec::new, |there| there.directions);
+        if there.len() == set.directions.len() {
+            moved.push((part, there.iter().map(|of| of_one_lumen(&of.spectrum)).collect()));
+        }
+    }
+    let known = Known::of(run, chain, distance_mm);
     let found = Found {
         run,
         lamp,
@@ -124,6 +139,7 @@ pub fn of(run: &Run, options: &Options, lamp: &Lamp<'_>) -> Result<Option<Result
         left_out,
         distance_mm,
         known,
+        moved,
     };
     Ok(Some(found.over_angle()))
 }
@@ -180,6 +196,8 @@ struct Found<'a> {
     left_out: Vec<LeftOut>,
     distance_mm: f64,
     known: Known,
+    /// Spectra of one lumen with a correction of the instrument moved by its uncertainty, by its part.
+    moved: Vec<(&'static str, Vec<Spectrum>)>,
 }
 
 impl Found<'_> {

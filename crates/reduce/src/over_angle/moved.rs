@@ -99,6 +99,9 @@ impl Moved {
             "calibration_shape",
             again(&reshaped(&|s| shape_changed(s, known.shape_rel)))?,
         ));
+        for (part, per_lumen) in &found.moved {
+            of_both.push((*part, again(per_lumen)?));
+        }
         of_both.push((
             "calibration_bow",
             again(&reshaped(&|s| bow_changed(s, known.shape_rel)))?,

@@ -1,11 +1,13 @@
 //! The spectra of a calibration: by integration time, in the light of the lamp and behind the baffle.
 
 use isolux_record::plan::Instrument;
-use isolux_record::spectra::{DarkSubtraction, SpectralCalibration, SpectrumRecord};
+use isolux_record::spectra::{SpectralCalibration, SpectrumRecord};
 use isolux_record::{ReadingKind, Run};
 
 use super::LINEARITY_MAX_REL;
 use super::error::CalibrationError;
+use crate::bandpass;
+use crate::instrument::{Chain, Linear, bandpass_nm};
 use crate::spectral::{ON_AXIS_DEG, is_lit};
 
 /// Linear counts per second of every pixel, dark taken off.
@@ -24,7 +26,8 @@ const CLASSES: [f64; 6] = [0.02, 0.15, 0.3, 0.45, 0.6, 1.0];
 
 /// The spectra of a run, sorted.
 pub(super) struct Procedure<'a> {
-    calibration: &'a SpectralCalibration,
+    /// What its counts are corrected by.
+    pub calibration: &'a SpectralCalibration,
     /// Spectra at the longest integration times, in the order of time.
     pub brightest: Vec<&'a SpectrumRecord>,
     /// Lit spectra of other blocks.
@@ -85,6 +88,29 @@ impl<'a> Procedure<'a> {
             levels,
             baffled,
         })
+    }
+
+    /// The true wavelength of a pixel that is said to be at `stated_nm`, nm.
+    pub fn true_nm(&self, stated_nm: f64) -> f64 {
+        self.calibration.corrections.true_nm(stated_nm)
+    }
+
+    /// The same spectra, corrected by other things.
+    pub fn with<'b>(&self, calibration: &'b SpectralCalibration) -> Procedure<'b>
+    where
+        'a: 'b,
+    {
+        Procedure {
+            calibration,
+            brightest: self.brightest.clone(),
+            levels: self.levels.clone(),
+            baffled: self.baffled.clone(),
+        }
+    }
+
+    /// By which corrections its spectra are corrected.
+    pub fn corrected_by(&self) -> String {
+        self.calibration.corrections.name()
     }
 
     /// Mean rates of the brightest spectra, and of those behind the baffle.
@@ -166,16 +192,28 @@ impl<'a> Procedure<'a> {
         })
     }
 
-    /// The irradiance of the record for a factor of 1: what a new factor multiplies.
+    /// What a new factor multiplies, corrected as every spectrum is.
     fn rates(&self, record: &SpectrumRecord) -> Result<Rates, CalibrationError> {
-        let mut counts = record.clone();
-        counts.pixels.iter_mut().for_each(|pixel| pixel.factor_w_m2_nm = 1.0);
-        let rates = counts.irradiance(self.calibration, DarkSubtraction::Spectrum)?;
+        let linear = Linear::of(record, self.calibration, Chain::ALL)?;
         // No pixel is saturated.
-        let per_s = rates.irradiance_w_m2_nm.into_iter().map(Option::unwrap_or_default);
+        let raw: Vec<f64> = linear.per_s.into_iter().map(Option::unwrap_or_default).collect();
+        let Some(fwhm_nm) = bandpass_nm(self.calibration, Chain::ALL) else {
+            return Ok(Rates {
+                per_s: raw,
+                u_per_s: linear.u_per_s,
+            });
+        };
+        let weights = bandpass::weights(&linear.wavelength_nm, fwhm_nm);
+        let value = |of: &Vec<(usize, f64)>| of.iter().map(|(pixel, weight)| weight * raw[*pixel]).sum();
+        let square = |of: &Vec<(usize, f64)>| -> f64 {
+            let parts = of
+                .iter()
+                .map(|(pixel, weight)| (weight * linear.u_per_s[*pixel]).powi(2));
+            parts.sum()
+        };
         Ok(Rates {
-            per_s: per_s.collect(),
-            u_per_s: rates.u_w_m2_nm,
+            per_s: weights.iter().map(value).collect(),
+            u_per_s: weights.iter().map(|of| square(of).sqrt()).collect(),
         })
     }
 }

@@ -11,6 +11,7 @@ use super::error::CalibrationError;
 use super::interpolation::{Interpolation, tilt};
 use super::procedure::{Procedure, Rates};
 use super::{STRAY_HALF_WIDTH, TEMPERATURE_OVER_CURRENT};
+use crate::instrument::{self, Chain};
 
 /// Pixels whose noise is more than this share of their light are left out.
 const MOST_NOISE_REL: f64 = 0.02;
@@ -25,8 +26,12 @@ const STEP: f64 = 1e-4;
 pub struct SpectralFactors {
     /// Under what they were found.
     pub conditions: Conditions,
-    /// Wavelengths of the pixels.
+    /// True wavelengths of the pixels: corrected where the station names its wavelength scale.
     pub wavelength_nm: Vec<f64>,
+    /// Those that the instrument states, by which a table of factors knows the pixels.
+    pub stated_nm: Vec<f64>,
+    /// Corrections of the instrument by which the standard's spectra were corrected, by the hash of their records.
+    pub corrected_by: String,
     /// Spectral irradiance of one linear count per second, W/(m² nm).
     pub factor_w_m2_nm: Vec<f64>,
     /// Spectral irradiance of the standard that they were found with, W/(m² nm).
@@ -98,17 +103,19 @@ pub fn spectroradiometer(run: &Run, standard: &Standard) -> Result<SpectralFacto
     }
     let nonlinearity_rel = procedure.nonlinearity_rel(&light, change_rel)?;
     let pixels = &procedure.brightest[0].pixels;
+    // Everything that is looked up over wavelength is at the true one.
+    let true_nm = |place: usize| procedure.true_nm(pixels[place].wavelength_nm);
     let within = rows[0].wavelength_nm..=rows[rows.len() - 1].wavelength_nm;
     let usable = |place: usize| {
         let net = light.per_s[place] - stray.per_s[place];
         let noise = light.u_per_s[place].hypot(stray.u_per_s[place]);
-        within.contains(&pixels[place].wavelength_nm) && net > 0.0 && noise < MOST_NOISE_REL * net
+        within.contains(&true_nm(place)) && net > 0.0 && noise < MOST_NOISE_REL * net
     };
     let range = around_the_peak(&light, usable);
     if range.len() < LEAST_PIXELS {
         return Err(CalibrationError::Dark(range.len()));
     }
-    let wavelength_nm: Vec<f64> = range.clone().map(|place| pixels[place].wavelength_nm).collect();
+    let wavelength_nm: Vec<f64> = range.clone().map(true_nm).collect();
     let (first_nm, last_nm) = (wavelength_nm[0], wavelength_nm[wavelength_nm.len() - 1]);
     let curve = Interpolation::of(rows, first_nm, last_nm)?;
     let closer = (conditions.certified_distance_mm / conditions.distance_mm).powi(2);
@@ -152,7 +159,7 @@ pub fn spectroradiometer(run: &Run, standard: &Standard) -> Result<SpectralFacto
     };
     let slope = |nm: f64| (curve.at_nm(nm + 0.5) - curve.at_nm(nm - 0.5)) / curve.at_nm(nm);
     let third = 3.0f64.sqrt();
-    let components = vec![
+    let mut components = vec![
         certificate,
         Component::shared("current", tilted(TEMPERATURE_OVER_CURRENT * conditions.u_current_rel)),
         Component::shared("distance", even(2.0 * stated.u_distance_mm / conditions.distance_mm)),
@@ -176,11 +183,24 @@ pub fn spectroradiometer(run: &Run, standard: &Standard) -> Result<SpectralFacto
             per_pixel(&|place, net| light.u_per_s[place].hypot(stray.u_per_s[place]) / net),
         ),
     ];
+    // What is uncertain of the corrections of the instrument, in the light of this standard.
+    for (part, moved) in instrument::moved(procedure.calibration, Chain::ALL) {
+        let (light, stray) = procedure.with(&moved).light_and_stray()?;
+        let rel = per_pixel(&|place, net| net / (light.per_s[place] - stray.per_s[place]) - 1.0);
+        let name = match part {
+            "spectral_linearity" => "polynomial",
+            "spectral_linearity_bend" => "polynomial_bend",
+            other => other,
+        };
+        components.push(Component::shared(name, rel));
+    }
     let former: Vec<f64> = range.clone().map(|place| pixels[place].factor_w_m2_nm).collect();
     let total = |rates: &Rates| range.clone().map(|place| rates.per_s[place]).sum::<f64>();
     let mut factors = SpectralFactors {
         drift: drift(&wavelength_nm, &factor_w_m2_nm, &former, &net, station.u_rel),
         conditions,
+        corrected_by: procedure.corrected_by(),
+        stated_nm: range.clone().map(|place| pixels[place].wavelength_nm).collect(),
         wavelength_nm,
         factor_w_m2_nm,
         irradiance_w_m2_nm,

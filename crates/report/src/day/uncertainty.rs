@@ -1,6 +1,7 @@
 //! What was corrected, and where the uncertainty comes from.
 
 use crate::document::Section;
+use isolux_record::spectra::{Made, SpectralCorrections};
 use isolux_reduce::{Correction, MeterFactors, Quantity};
 use isolux_units::digits::{K, significant};
 
@@ -143,11 +144,55 @@ fn source(part: &str) -> &str {
         "temperature" => "temperature of the lux meter",
         "cosine" => "directional response of the lux meter",
         "fatigue" => "fatigue of the lux meter",
+        "bandpass" => "bandpass of the spectroradiometer",
+        "scatter" => "light scattered inside the spectroradiometer",
+        "spectral_linearity" | "spectral_linearity_bend" => "linearity of the spectroradiometer",
         "efficacy" => "luminous efficacy of radiation",
         "flux" => "luminous flux",
         "power" => "active power",
         other => other,
     }
+}
+
+/// Whether the station names a correction of the spectroradiometer, and how much it is; of others that they are on.
+fn of_instrument(found: Option<&SpectralCorrections>, correction: Correction) -> (bool, String) {
+    let found = found.cloned().unwrap_or_default();
+    let from = |words: String, made: &Made| Some(format!("{words}, {} of {}", made.with, made.day));
+    let (key, how_much) = match correction {
+        Correction::Wavelengths => (
+            "wavelengths",
+            found.wavelengths.and_then(|scale| {
+                let offset_nm = significant(scale.true_nm(550.0) - 550.0, 2);
+                from(format!("true less stated {offset_nm} nm at 550 nm"), &scale.made)
+            }),
+        ),
+        Correction::Bandpass => (
+            "wavelengths",
+            found
+                .wavelengths
+                .and_then(|scale| from(format!("{} nm", significant(scale.fwhm_nm, 3)), &scale.made)),
+        ),
+        Correction::Scatter => (
+            "scatter",
+            found.scatter.and_then(|scatter| {
+                let most = scatter.share_rel.iter().flatten().copied().fold(0.0, f64::max);
+                from(format!("{} of the light", percent(most)), &scatter.made)
+            }),
+        ),
+        Correction::SpectralLinearity => (
+            "linearity",
+            found.linearity.and_then(|linearity| {
+                let half = percent(linearity.divisor(0.5) - 1.0);
+                from(format!("{half} at half of full scale"), &linearity.made)
+            }),
+        ),
+        _ => return (true, String::new()),
+    };
+    let named = how_much.is_some();
+    (
+        named,
+        how_much.unwrap_or_else(|| format!("not corrected: the station names no `{key}`")),
+    )
 }
 
 fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
@@ -178,6 +223,8 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         )
     };
     let meter = &reduction.luxmeter;
+    let found = reduction.spectral.as_ref().map(|spectral| &spectral.corrections);
+    let of_instrument = |correction: Correction| of_instrument(found, correction);
     let words = |correction: Correction| -> (&str, String) {
         match correction {
             Correction::Dark => ("offset of the meter", level(0)),
@@ -200,6 +247,13 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
             ),
             Correction::Drift => ("drift of lamp and meter", "see Stability".to_owned()),
             Correction::SpectralDark => ("dark signal of the spectroradiometer", spectrum.clone()),
+            Correction::Wavelengths => ("wavelength scale of the spectroradiometer", of_instrument(correction).1),
+            Correction::Bandpass => ("bandpass of the spectroradiometer", of_instrument(correction).1),
+            Correction::Scatter => (
+                "light scattered inside the spectroradiometer",
+                of_instrument(correction).1,
+            ),
+            Correction::SpectralLinearity => ("linearity of the spectroradiometer", of_instrument(correction).1),
             Correction::Smoothing => ("smoothing within rounding and scatter", smoothing.clone()),
         }
     };
@@ -210,7 +264,7 @@ fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
         .filter(listed)
         .map(|correction| {
             let (name, how_much) = words(correction);
-            let off = !meter.has(correction) || reduction.without.contains(&correction);
+            let off = !meter.has(correction) || reduction.without.contains(&correction) || !of_instrument(correction).0;
             vec![name.to_owned(), if off { "off" } else { "on" }.to_owned(), how_much]
         })
         .collect();

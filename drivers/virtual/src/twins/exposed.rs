@@ -54,6 +54,11 @@ pub(super) fn exposure(world: &World, instrument: Instrument, (from_s, to_s): (f
         } else {
             world.spectroradiometer_lx(from_s, to_s)
         },
+        lines_lx: if in_place_of_meter {
+            0.0
+        } else {
+            world.line_lamp_lx(from_s, to_s)
+        },
         phosphor: world.spectroradiometer_phosphor(0.5 * (from_s + to_s)),
         integration_s: to_s - from_s,
         detector_c: detector_c(world, from_s),

@@ -50,6 +50,7 @@ pub async fn attack(twin: &TwinKind, choice: &Choice, salt: u64) {
                         let exposure = bench.room.with_world(|world, now_s| Exposure {
                             illuminance_lx: world.spectroradiometer_lx(now_s - 1e-3, now_s),
                             phosphor: 1.0,
+                            lines_lx: 0.0,
                             integration_s: time.as_secs_f64(),
                             detector_c: world.temperature_c(now_s) + 4.0,
                             index: 0,
