@@ -112,7 +112,7 @@ fn f_star_of_the_runs_own_spectra_brings_the_flux_home() {
     let index = reduced(&index, &[]);
     let part = index.flux.parts["spectral_mismatch"] / index.flux.value;
     assert!((0.015..0.04).contains(&part), "{part}");
-    assert!(note(&index, "± holds"), "{:?}", index.notes);
+    assert!(note(&index, "the uncertainty holds"), "{:?}", index.notes);
     let mut perfect = without;
     state(&mut perfect, "f1_prime_rel = 0.0");
     let perfect = reduced(&perfect, &[]);

@@ -89,6 +89,37 @@ fn the_factor_of_the_lux_meter_undoes_its_error_within_u() {
 }
 
 #[test]
+fn a_meter_that_is_warm_gets_the_factor_of_the_temperature_that_its_station_states() {
+    let lab = Lab::new(2, |room| {
+        room.luxmeter.gain_error_rel = 0.0;
+        room.room.temperature_c = 31.0;
+        room.injected_effects.temp_coefficient.coefficient_per_k = -0.004;
+        room.injected_effects.temp_coefficient.reference_c = 23.0;
+    });
+    let station = std::fs::read_to_string(lab.station()).unwrap()
+        + "[luxmeter.temperature]\ncoefficient_per_k = -0.004\nu_coefficient_per_k = 0.0002\nreference_c = 23.0\n\
+           u_temperature_k = 0.3\n";
+    std::fs::write(lab.station(), station).unwrap();
+    let done = lab.calibrate(Instrument::Luxmeter).unwrap();
+    let Outcome::Luxmeter(factor) = &done.calibration.outcome else {
+        panic!("{done:?}");
+    };
+    // Eight kelvin are 3.2 % of every reading, and none of the factor.
+    let off = factor.calibration_factor - 1.0;
+    assert!(
+        off.abs() < 2.0 * factor.u_rel && factor.u_rel < 0.008,
+        "{off} {}",
+        factor.u_rel
+    );
+    assert!(
+        factor
+            .parts_rel
+            .iter()
+            .any(|(name, u)| name == "temperature" && *u > 0.001)
+    );
+}
+
+#[test]
 fn a_calibration_that_was_ended_goes_on_with_the_same_command() {
     let lab = Lab::new(3, |_| {});
     let control = Control::default();

@@ -151,7 +151,7 @@ impl SpectralMatch {
             Some(index) => {
                 let spread = heads::spread(&lights, index);
                 let note = format!(
-                    "{begin}; heads of f1′ {:.1} % read {what} wrong by {}, and ± holds {:.1} % (k = 1) for it; \
+                    "{begin}; heads of f1′ {:.1} % read {what} wrong by {}, and {HOLDS} {:.1} % (k = 1) for it; \
                      {no_bound}",
                     100.0 * index,
                     range(spread),
@@ -168,7 +168,7 @@ impl SpectralMatch {
                 let [first, second] = ORDINARY.map(|index| 100.0 * index);
                 let note = format!(
                     "{begin} and no luxmeter.f1_prime_rel; heads of f1′ {first} % read {what} wrong by {good}, of \
-                     {second} % by {ordinary}, and ± holds nothing of it beyond luxmeter.u_rel; {no_bound}"
+                     {second} % by {ordinary}, and {HOLDS} nothing of it beyond luxmeter.u_rel; {no_bound}"
                 );
                 Self {
                     note: Some(note),
@@ -189,7 +189,7 @@ impl SpectralMatch {
             u_rel,
             note: Some(format!(
                 "the lux meter's spectral mismatch is not corrected: the run has no spectrum of the lamp; its head \
-                 reads white LEDs wrong by up to {:.1} %, and ± holds {:.1} % (k = 1) for it",
+                 reads white LEDs wrong by up to {:.1} %, and {HOLDS} {:.1} % (k = 1) for it",
                 100.0 * largest,
                 100.0 * u_rel
             )),
@@ -249,6 +249,9 @@ impl SpectralMatch {
         })
     }
 }
+
+/// How a note says what there is of it in the budget.
+const HOLDS: &str = "the uncertainty holds";
 
 /// What a budget lacks whose head has no uncertainty.
 const NO_U: &str = "the file of luxmeter.responsivity has no column u_rel: uncertainty of the head's curve";

@@ -41,7 +41,10 @@ fn without_thermometer(stated: &Temperature) -> Found {
     let u_rel = stated.coefficient_per_k.hypot(stated.u_coefficient_per_k) * most_k / 3.0_f64.sqrt();
     Found {
         u_rel,
-        note: Some(format!("{begin}; ± holds {:.2} % (k = 1) for it", 100.0 * u_rel)),
+        note: Some(format!(
+            "{begin}; the uncertainty holds {:.2} % (k = 1) for it",
+            100.0 * u_rel
+        )),
         ..Found::default()
     }
 }
@@ -88,6 +91,6 @@ mod tests {
         let found = of(&bounded, &at(None), true);
         let expected = 0.001_f64.hypot(0.0002) * 4.0 / 3.0_f64.sqrt();
         assert!((found.u_rel - expected).abs() < 1e-12 && found.factors.is_empty());
-        assert!(found.note.unwrap().contains("± holds 0.24 %"));
+        assert!(found.note.unwrap().contains("the uncertainty holds 0.24 %"));
     }
 }

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::conditions::{Calibrated, Conditions, of_kind};
 use super::error::CalibrationError;
 use super::{STRAY_HALF_WIDTH, TEMPERATURE_OVER_CURRENT};
+use crate::Options;
+use crate::meter::Response;
 use crate::spectral::ON_AXIS_DEG;
 
 /// The factor of a lux meter.
@@ -47,6 +49,9 @@ pub fn luxmeter(run: &Run, standard: &Standard) -> Result<LuxFactor, Calibration
     let certified = standard
         .illuminance()
         .ok_or(CalibrationError::NotCertified("illuminance"))?;
+    // What the station states of linearity, temperature and fatigue is no part of the factor.
+    let response = Response::of(run, &Options::default(), None);
+    let run = &*response.applied(run);
     let station = &run.header.station;
     let blocks = blocks(run)?;
     let first = blocks[0].first().ok_or(CalibrationError::NoPart(LIT))?;
@@ -82,12 +87,19 @@ pub fn luxmeter(run: &Run, standard: &Standard) -> Result<LuxFactor, Calibration
         ("stray", STRAY_HALF_WIDTH / third * stray.lx.abs() / net),
         ("drift", change_rel.abs() / 12.0f64.sqrt()),
     ];
+    let of_meter = [
+        ("linearity", response.linearity.u_rel),
+        ("temperature", response.temperature.u_rel),
+        ("fatigue", response.fatigue.u_rel),
+    ];
+    let of_meter = of_meter.into_iter().filter(|(_, u)| *u > 0.0);
+    let parts: Vec<(&str, f64)> = parts.into_iter().chain(of_meter).collect();
     let calibration_factor = certified_lx / shown_lx;
     Ok(LuxFactor {
         conditions,
         calibration_factor,
         u_rel: parts.iter().map(|(_, u)| u * u).sum::<f64>().sqrt(),
-        parts_rel: parts.map(|(name, u)| (name.to_owned(), u)).to_vec(),
+        parts_rel: parts.iter().map(|(name, u)| ((*name).to_owned(), *u)).collect(),
         certified_lx,
         shown_lx,
         stray_rel: stray.lx / light.lx,
