@@ -111,7 +111,6 @@ impl<'a> Shown<'a> {
             wavelengths: None,
             ..own.corrections
         };
-        steady(&records, &own, CHANGE_REL)?;
         let linear = |record: &SpectrumRecord| Linear::of(record, &own, Chain::ALL);
         let all = records
             .iter()
@@ -145,6 +144,7 @@ impl<'a> Shown<'a> {
         if peak_per_s < LEAST_SIGNAL * highest.u_per_s {
             return Err(dark());
         }
+        steady(&records, &own, CHANGE_REL)?;
         let mut shown = Self {
             list,
             samples,

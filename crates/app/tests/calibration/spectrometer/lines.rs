@@ -93,6 +93,8 @@ fn a_spectrum_is_outside_of_u_without_the_scale_and_the_bandpass_and_inside_with
     });
     let done = lab.find(&mercury(), "lines").unwrap();
     lab.in_room(|room| room.spectroradiometer.line_lamp_lx = 0.0);
+    let nothing = lab.find(&mercury(), "nothing").unwrap_err();
+    assert!(nothing.message.contains("no line of mercury_argon"), "{nothing}");
     let truth = truth(&lab);
     // A shape that is known as well as the room knows it.
     lab.edit("station.toml", "u_shape_rel = 0.004", "u_shape_rel = 0.0002");
