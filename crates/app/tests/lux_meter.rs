@@ -17,12 +17,14 @@ use rand::{RngExt as _, SeedableRng as _};
 /// All round in few directions, spectra on the axis and over angle.
 const PLAN: &str = "format = \"isolux-plan/1\"\n\
     [[block]]\nname = \"lit\"\ndistance_mm = 3000\nkind = \"lit\"\nc_range = [0, 315, 45]\ngamma_range = [0, 180, 5]\n\
-    [[block]]\nname = \"axis\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 6\n\
+    [[block]]\nname = \"axis\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = 0\n\
+    gamma_deg = 0\nrepeats = 6\n\
     [[block]]\nname = \"colour\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nc_deg = [0, 90]\n\
     gamma_range = [-80, 80, 20]\nrepeats = 4\n\
     [[block]]\nname = \"off\"\ndistance_mm = 3000\nkind = \"lamp_off\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 10\n\
     [[block]]\nname = \"dark\"\ndistance_mm = 3000\nkind = \"capped\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 10\n\
-    [[block]]\nname = \"stray\"\ndistance_mm = 3000\nkind = \"baffled\"\nc_deg = 0\ngamma_range = [0, 180, 30]\nrepeats = 3\n";
+    [[block]]\nname = \"stray\"\ndistance_mm = 3000\nkind = \"baffled\"\nc_deg = 0\n\
+    gamma_range = [0, 180, 30]\nrepeats = 3\n";
 
 /// A room whose lux meter has a head of f1′ 7.8 %, and a lamp that turns yellow at its rim.
 fn room() -> Darkroom {

@@ -290,8 +290,8 @@ impl Forward for AssumedModel {
     }
 
     /// The level is free; a term of the shape beyond it is a few tenths of ln I at most, less the finer it is, so that
-    /// terms that no reading holds do not run away between and beyond the readings. The heads of two meters agree within
-    /// their calibrations.
+    /// terms that no reading holds do not run away between and beyond the readings. The heads of two meters agree
+    /// within their calibrations.
     fn nuisance_weights(&self) -> Vec<f64> {
         let weight = |kind: &Nuisance| match kind {
             Nuisance::LnShape(k) if *k > 0 => (*k as f64 / SHAPE_SIGMA).powi(2),

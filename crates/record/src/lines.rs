@@ -123,8 +123,8 @@ mod tests {
     #[test]
     fn a_list_of_a_laboratory_is_checked_line_by_line() {
         let file = Utf8Path::new("neon.toml");
-        let text = "format = \"isolux-lines/1\"\nlamp = \"neon\"\n[[line]]\nwavelength_nm = 640.2248\nstrength_rel = 1.0\n\
-                    [[line]]\nwavelength_nm = 585.2488\nstrength_rel = 0.3\n";
+        let text = "format = \"isolux-lines/1\"\nlamp = \"neon\"\n[[line]]\nwavelength_nm = 640.2248\n\
+                    strength_rel = 1.0\n[[line]]\nwavelength_nm = 585.2488\nstrength_rel = 0.3\n";
         let list = LineList::parse(file, text).unwrap();
         assert_eq!(list.line[0].wavelength_nm, 585.2488);
         for (from, to, expected) in [

@@ -58,8 +58,8 @@ mod tests {
         weights(nm, fwhm_nm).into_iter().map(of).collect()
     }
 
-    /// What stands at 5 nm behind a triangle of 5 nm, and what `bandpass_correction_Stearns1988` of colour-science 0.4.7
-    /// makes of it; it goes from left to right and takes the value on the left as corrected already.
+    /// What stands at 5 nm behind a triangle of 5 nm, and what `bandpass_correction_Stearns1988` of colour-science
+    /// 0.4.7 makes of it; it goes from left to right and takes the value on the left as corrected already.
     const STEARNS: [(f64, f64, f64); 5] = [
         (440.0, 0.544_786, 0.537_250),
         (450.0, 1.074_431, 1.082_678),

@@ -6,7 +6,8 @@
 //! | noise of a reading, of a pixel, of its dark | normal, one each | 6.4.7 |
 //! | digit of a reading | even within ± half; one for all equal displays that noise does not dither | 6.4.2 |
 //! | calibration of the lux meter, of the spectroradiometer; distances; γ; wavelengths | normal, one for all | 6.4.7 |
-//! | tilt and bow of the spectroradiometer's calibration; its bandpass, scattered light and linearity | normal, one each for all | 6.4.7 |
+//! | tilt and bow of the spectroradiometer's calibration | normal, one each for all | 6.4.7 |
+//! | its bandpass, scattered light and linearity | normal, one each for all | 6.4.7 |
 //! | responsivity of the lux meter's head | normal, one for each of two waves over wavelength | 6.4.7 |
 //! | its linearity, temperature coefficient and temperature | normal, one each for all | 6.4.7 |
 //!

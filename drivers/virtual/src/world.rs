@@ -295,8 +295,8 @@ impl World {
             })
     }
 
-    /// Illuminance of a line lamp before its entrance, behind the shutter, averaged from `from_s` to `to_s`, lx. Nothing
-    /// of the room switches it.
+    /// Illuminance of a line lamp before its entrance, behind the shutter, averaged from `from_s` to `to_s`, lx.
+    /// Nothing of the room switches it.
     pub fn line_lamp_lx(&self, from_s: f64, to_s: f64) -> f64 {
         let lines_lx = self.room.document().spectroradiometer.line_lamp_lx;
         self.average(from_s, to_s, |world, at_s, _| {

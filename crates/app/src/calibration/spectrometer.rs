@@ -1,5 +1,5 @@
-//! `calibrate spectroradiometer --lines`, `--cut-on`, `--linearity`: what a procedure finds of the instrument itself → a
-//! file that the station names, and by which every spectrum is corrected.
+//! `calibrate spectroradiometer --lines`, `--cut-on`, `--linearity`: what a procedure finds of the instrument itself
+//! becomes a file that the station names, and by which every spectrum is corrected.
 
 mod found;
 

@@ -131,7 +131,8 @@ mod tests {
             .map(|k| format!("{:.4}", axial_cd * f64::from(5 * k).to_radians().cos().max(0.0)))
             .collect();
         let text = format!(
-            "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NONE\n1 -1 1 19 1 1 2 0 0 0\n1 1 10\n{}\n0\n{}\n",
+            "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NONE\n\
+             1 -1 1 19 1 1 2 0 0 0\n1 1 10\n{}\n0\n{}\n",
             gammas.join(" "),
             candela.join(" ")
         );

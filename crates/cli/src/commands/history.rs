@@ -10,9 +10,9 @@ use crate::screen;
 /// Control charts of what calibrations and days found at a bench: what has drifted, and since when.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux history station.toml --out charts\n\
-`isolux calibrate` and `isolux run` add lines to history.jsonl beside the station. Limits (mean ± 2 s warning, ± 3 s action) come \
-from the first five values. Exit 1: a value is beyond the limits of action, or eight in a row lie on one side of the \
-mean.")]
+`isolux calibrate` and `isolux run` add lines to history.jsonl beside the station. Limits (mean ± 2 s \
+warning, ± 3 s action) come from the first five values. Exit 1: a value is beyond the limits of action, or eight in \
+a row lie on one side of the mean.")]
 pub struct History {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,

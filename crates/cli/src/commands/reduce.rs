@@ -12,9 +12,9 @@ use crate::screen;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux reduce run --without drift --out run/without-drift\n\
 Corrections: dark, ambient, stray, spectral_mismatch, linearity, temperature, cosine, fatigue, inverse_square, drift, \
-spectral_dark, wavelengths, bandpass, scatter, spectral_linearity, smoothing. A number carries ± only where every part of \
-its uncertainty was measured or is stated by the station; else it says what is missing. Exit 1: lamp or bench did not \
-stay as they were (limits of the plan), and nothing was written.")]
+spectral_dark, wavelengths, bandpass, scatter, spectral_linearity, smoothing. A number carries ± only where every \
+part of its uncertainty was measured or is stated by the station; else it says what is missing. Exit 1: lamp or bench \
+did not stay as they were (limits of the plan), and nothing was written.")]
 pub struct Reduce {
     /// The run directory.
     run: Utf8PathBuf,

@@ -1,7 +1,7 @@
 //! TM-33-18 (ATLA S001, UNI 11733) and TM-33-23.
 //!
-//! After the published schema of ATLA S001 and that of the annex of TM-33-23 (root `IESTM33-22`); samples of TM-33-23 by
-//! others that name their elements otherwise are read too.
+//! After the published schema of ATLA S001 and that of the annex of TM-33-23 (root `IESTM33-22`); samples of TM-33-23
+//! by others that name their elements otherwise are read too.
 
 mod read;
 mod schema_2023;

@@ -220,8 +220,8 @@ impl SpectralMatch {
                 "the same for every direction, whose colour was not read".to_owned()
             };
             format!(
-                "readings are corrected by the spectral mismatch factor F* of the lux meter's head: {on_axis:.4} on the \
-                 axis, {where_from}"
+                "readings are corrected by the spectral mismatch factor F* of the lux meter's head: {on_axis:.4} on \
+                 the axis, {where_from}"
             )
         });
         let mut missing = Vec::new();

@@ -156,8 +156,9 @@ pub enum InstrumentError {
     },
     /// A polynomial does not explain the rates.
     #[error(
-        "rates at {short_s} s and {long_s} s differ by {difference:+.2} % more than a polynomial of the counts explains, \
-         {allowed:.2} % are allowed; was the light steady, and is the integration time what the instrument says?",
+        "rates at {short_s} s and {long_s} s differ by {difference:+.2} % more than a polynomial of the counts \
+         explains, {allowed:.2} % are allowed; was the light steady, and is the integration time what the instrument \
+         says?",
         difference = 100.0 * difference_rel, allowed = 100.0 * allowed_rel
     )]
     NotOfCounts {

@@ -54,8 +54,8 @@ impl Scale {
     }
 }
 
-/// The mean width by the uncertainties of each, and its uncertainty: how it differs from line to line, and what the shape
-/// leaves open.
+/// The mean width by the uncertainties of each, and its uncertainty: how it differs from line to line, and what the
+/// shape leaves open.
 pub(super) fn bandpass(found: &[Found]) -> (f64, f64) {
     let weight = |line: &Found| line.image.u_fwhm_nm.powi(-2);
     let mean_of = |of: &dyn Fn(&Found) -> f64| {
