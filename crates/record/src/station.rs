@@ -2,6 +2,7 @@
 
 mod document;
 mod luxmeter;
+mod parts;
 mod ratio;
 mod traceability;
 pub(crate) mod valid;

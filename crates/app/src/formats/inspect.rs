@@ -1,6 +1,7 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
 mod colour;
+mod coloured;
 mod inspection;
 mod mismatch;
 mod ray_quantities;
@@ -15,7 +16,7 @@ use isolux_formats::{Content, Parsed, ReadOptions};
 use self::read::parsed;
 use self::source::OpenFile;
 
-pub use colour::{AngularColour, ColourOfDirection, ColouredQuantities};
+pub use coloured::{AngularColour, ColourOfDirection, ColouredQuantities};
 pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;
 pub use ray_quantities::RayQuantities;

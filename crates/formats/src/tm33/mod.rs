@@ -3,6 +3,7 @@
 //! After the published schema of ATLA S001 and that of the annex of TM-33-23 (root `IESTM33-22`); samples of TM-33-23
 //! by others that name their elements otherwise are read too.
 
+mod parts;
 mod read;
 mod schema_2023;
 mod spectra;

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use isolux_photometry::Symmetry;
 use isolux_spectrum::Spectrum;
 
-use super::write::{element, stored};
+use super::parts::{element, stored};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
 use crate::number;

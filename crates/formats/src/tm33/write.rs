@@ -1,8 +1,8 @@
 //! Distributions as TM-33 documents, absolute candela, every direction of the file.
 
-use isolux_photometry::Symmetry;
 use serde_json::Value;
 
+use super::parts::{element, stored};
 use super::schema_2023::write_2023;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
@@ -12,7 +12,6 @@ use crate::luminaire::Luminaire;
 use crate::number;
 use crate::options::WriteOptions;
 use crate::parsed::{Format, Written};
-use crate::xml::escaped;
 
 /// An edition that can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,11 +73,6 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
         bytes: lines.join("\n").into_bytes(),
         findings: findings.into_vec(),
     }
-}
-
-/// An element in a child of the root; none without text.
-pub(super) fn element(name: &str, text: &str) -> Option<String> {
-    (!text.is_empty()).then(|| format!("    <{name}>{}</{name}>", escaped(text)))
 }
 
 fn header(distribution: &Distribution, child: &str) -> Vec<String> {
@@ -178,23 +172,4 @@ fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
     lines.insert(0, format!("  <Luminaire{child}>"));
     lines.push("  </Luminaire>".to_owned());
     lines
-}
-
-/// Planes to write, and whether C0 is repeated at 360°.
-pub(super) fn stored(distribution: &Distribution) -> (Vec<usize>, bool) {
-    let grid = &distribution.intensity;
-    let c_deg = grid.c_deg();
-    let has = |angle: f64| c_deg.contains(&angle);
-    let within = |from: f64, to: f64| {
-        (0..c_deg.len())
-            .filter(|&plane| (from..=to).contains(&c_deg[plane]))
-            .collect()
-    };
-    match grid.detect_symmetry(grid.peak().intensity_cd.abs() * 1e-9) {
-        Symmetry::Rotational => (vec![0], false),
-        Symmetry::Quadrant if has(0.0) && has(90.0) => (within(0.0, 90.0), false),
-        Symmetry::C0C180 if has(0.0) && has(180.0) => (within(0.0, 180.0), false),
-        Symmetry::C90C270 if has(90.0) && has(270.0) => (within(90.0, 270.0), false),
-        _ => ((0..c_deg.len()).collect(), has(0.0)),
-    }
 }

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::valid::{FRACTION, MOST_U_REL, driver_and_target};
+use super::parts::{FRACTION, MOST_U_REL, driver_and_target};
 use crate::document::Fault;
 use crate::document::bounds::within;
 

@@ -6,6 +6,7 @@
 use std::ops::RangeInclusive;
 
 use super::document::{Axis, Bench, Lamp, Rail, Spectroradiometer, StationDocument, Supply};
+use super::parts::{FRACTION, MOST_U_REL, driver_and_target};
 use super::traceability;
 use crate::document::Fault;
 use crate::document::bounds::{above, within};
@@ -15,12 +16,6 @@ const DISTANCE_MM: RangeInclusive<f64> = 1.0..=1e6;
 
 /// What a bound of stray light is a fraction of.
 const STRAY: &str = " (a fraction of the direct light)";
-
-/// How a relative uncertainty is written.
-pub(super) const FRACTION: &str = " (a fraction: 0.015 is 1.5 %)";
-
-/// Largest relative standard uncertainty of a calibration.
-pub(super) const MOST_U_REL: f64 = 0.5;
 
 /// Checks a whole station.
 pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
@@ -204,17 +199,6 @@ fn one_of(name: &str, open: Option<&str>, prompt: Option<&str>) -> Result<(), Fa
         _ => Err(Fault::new(
             name,
             "needs either `open = \"driver:target\"` or `prompt = \"…\"`, one of the two",
-        )),
-    }
-}
-
-/// That an `open` is one.
-pub(super) fn driver_and_target(path: &str, open: &str) -> Result<(), Fault> {
-    match open.split_once(':') {
-        Some((driver, target)) if !driver.is_empty() && !target.is_empty() => Ok(()),
-        _ => Err(Fault::new(
-            path,
-            format!("`{open}` is not `driver:target`, for instance zaber:/dev/ttyUSB0?axis=1"),
         )),
     }
 }

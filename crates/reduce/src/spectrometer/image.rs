@@ -24,6 +24,16 @@ pub enum Shape {
     Gaussian,
 }
 
+/// A line and its image.
+pub(super) struct Found {
+    pub wavelength_nm: f64,
+    pub image: Image,
+    /// Of noise, of what is beside it, and of the difference between both shapes.
+    pub u_nm: f64,
+    /// What the shape leaves open of its width.
+    pub u_fwhm_nm: f64,
+}
+
 /// A line found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Image {

@@ -8,7 +8,7 @@ use isolux_record::spectra::{LineFound, SpectralCorrections, SpectrumRecord, WAV
 use isolux_record::{ReadingKind, Run};
 
 use super::error::InstrumentError;
-use super::image::{Image, Sample, Shape, fit};
+use super::image::{Found, Sample, Shape, fit};
 use super::scale::{Scale, bandpass};
 use super::{Spectra, made, steady};
 use crate::instrument::{Chain, Linear};
@@ -90,16 +90,6 @@ struct Shown<'a> {
     /// The strongest pixel above the background, counts a second.
     peak_per_s: f64,
     background_per_s: f64,
-}
-
-/// A line and its image.
-pub(super) struct Found {
-    pub wavelength_nm: f64,
-    pub image: Image,
-    /// Of noise, of what is beside it, and of the difference between both shapes.
-    pub u_nm: f64,
-    /// What the shape leaves open of its width.
-    pub u_fwhm_nm: f64,
 }
 
 impl<'a> Shown<'a> {

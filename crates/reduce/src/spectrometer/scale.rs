@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::lines::Found;
+use super::image::Found;
 
 /// From so many on the scale has a bend.
 const LINES_FOR_A_BEND: usize = 6;

@@ -5,7 +5,7 @@ use isolux_formats::{Content, Finding, Format, Kind, Severity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::colour::ColouredQuantities;
+use super::coloured::ColouredQuantities;
 use super::mismatch::Meter;
 use super::ray_quantities::RayQuantities;
 

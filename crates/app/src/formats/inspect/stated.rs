@@ -5,7 +5,7 @@ use isolux_formats::{Content, Distribution, GlareTable, Quantities as Distributi
 use isolux_units::digits::shortest;
 use serde_json::Value;
 
-use super::colour::{AngularColour, ColourOfDirection};
+use super::coloured::{AngularColour, ColourOfDirection};
 use super::inspection::{Inspection, Quantities, SpectrumQuantities};
 use super::ray_quantities::RayQuantities;
 
