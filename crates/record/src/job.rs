@@ -3,7 +3,9 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::{Deserialize, Serialize};
 
+use crate::conditions::Conditions;
 use crate::document::{DocumentError, Fault, SourceText, read_text};
+use crate::requirements::Requirements;
 use crate::subject::{Commission, Luminaire, Subject};
 
 /// Value of `format` in a job file.
@@ -23,6 +25,10 @@ struct JobDocument {
     luminaire: Luminaire,
     #[serde(default)]
     report: Commission,
+    #[serde(default)]
+    conditions: Conditions,
+    #[serde(default)]
+    requirements: Requirements,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,6 +46,8 @@ pub struct Job {
     scene: Utf8PathBuf,
     diagnose: Option<(Utf8PathBuf, Vec<Utf8PathBuf>)>,
     subject: Subject,
+    conditions: Conditions,
+    requirements: Requirements,
 }
 
 impl Job {
@@ -55,7 +63,11 @@ impl Job {
             luminaire: job.luminaire,
             report: job.report,
         };
-        subject.check().map_err(|fault| source.locate(&fault))?;
+        subject
+            .check()
+            .and_then(|()| job.conditions.check())
+            .and_then(|()| job.requirements.check())
+            .map_err(|fault| source.locate(&fault))?;
         let folder = file.parent().unwrap_or(Utf8Path::new(""));
         let resolve = |key: &str, path: &Utf8Path| {
             let resolved = folder.join(path);
@@ -89,6 +101,8 @@ impl Job {
                 })
                 .transpose()?,
             subject,
+            conditions: job.conditions,
+            requirements: job.requirements,
         })
     }
 
@@ -105,6 +119,16 @@ impl Job {
     /// What is measured, and for whom.
     pub fn subject(&self) -> &Subject {
         &self.subject
+    }
+
+    /// Limits of the conditions, and what the bench does not measure of them.
+    pub fn conditions(&self) -> &Conditions {
+        &self.conditions
+    }
+
+    /// What the luminaire has to keep.
+    pub fn requirements(&self) -> &Requirements {
+        &self.requirements
     }
 
     /// The scene file.

@@ -2,6 +2,8 @@
 //!
 //! Everything here is data on disk and its validation. Nothing here asks a clock: whoever writes a record says when.
 
+pub mod bounds;
+pub mod conditions;
 pub mod disk;
 mod distance_class;
 pub mod event;
@@ -14,6 +16,7 @@ pub mod own_clock;
 pub mod plan;
 pub mod reading;
 pub mod readings;
+pub mod requirements;
 pub mod responsivity;
 mod row_crc;
 pub mod run;
@@ -26,6 +29,8 @@ pub mod subject;
 pub mod sweeps;
 mod table;
 
+pub use bounds::Bounds;
+pub use conditions::Conditions;
 pub use distance_class::{DistanceClass, apart_from_mm, seen_under_deg};
 pub use event::{BenchState, Event, Logged};
 pub use isolux_document::{self as document, DocumentError, file};
@@ -33,6 +38,7 @@ pub use job::Job;
 pub use limits::Limits;
 pub use plan::Plan;
 pub use reading::{Electrical, Quality, Reading, ReadingKind, Role, UnknownWord};
+pub use requirements::{DecisionRule, Requirements};
 pub use run::{Run, RunDir, RunError, RunHeader};
 pub use run_lock::{RunLock, RunLockError};
 pub use standard::{Standard, StandardError};

@@ -32,6 +32,9 @@ pub struct Luminaire {
     /// Hours of operation before the measurement, and other things known of its history.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hours_run: Option<String>,
+    /// Rated voltage, current and power.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rated: Option<String>,
 }
 
 /// Who measured for whom, and the number of the report.
@@ -56,6 +59,9 @@ pub struct Commission {
     /// When the item came.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub received: Option<String>,
+    /// Day of issue of the report.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub issued: Option<String>,
     /// Standard and edition that was followed, and deviations from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
@@ -76,7 +82,7 @@ pub struct Key {
 }
 
 /// Keys of `[luminaire]`. A line of text of EULUMDAT holds 78 characters, a lamp type 24.
-pub const LUMINAIRE_KEYS: [Key; 8] = [
+pub const LUMINAIRE_KEYS: [Key; 9] = [
     key("maker", "maker of the luminaire", 78),
     key("name", "name of the luminaire", 78),
     key("catalogue_number", "catalogue number", 78),
@@ -85,16 +91,18 @@ pub const LUMINAIRE_KEYS: [Key; 8] = [
     key("driver", "control gear and dimming", 200),
     key("burning_position", "burning position", 200),
     key("hours_run", "hours run before", 200),
+    key("rated", "rated voltage, current, power", 200),
 ];
 
 /// Keys of `[report]`. The number shares a line of EULUMDAT with the distance.
-pub const REPORT_KEYS: [Key; 8] = [
+pub const REPORT_KEYS: [Key; 9] = [
     key("number", "number of the report", 40),
     key("laboratory", "laboratory and place", 200),
     key("operator", "operator", 60),
     key("approved_by", "approved by", 200),
     key("customer", "customer", 200),
     key("received", "item received on", 60),
+    key("issued", "report issued on", 60),
     key("method", "standard and deviations from it", 200),
     key("notes", "notes", 2000),
 ];
@@ -105,7 +113,7 @@ const fn key(name: &'static str, what: &'static str, longest: usize) -> Key {
 
 impl Luminaire {
     /// The texts in the order of [`LUMINAIRE_KEYS`].
-    pub fn texts(&self) -> [Option<&str>; 8] {
+    pub fn texts(&self) -> [Option<&str>; 9] {
         [
             &self.maker,
             &self.name,
@@ -115,6 +123,7 @@ impl Luminaire {
             &self.driver,
             &self.burning_position,
             &self.hours_run,
+            &self.rated,
         ]
         .map(Option::as_deref)
     }
@@ -127,7 +136,7 @@ impl Luminaire {
 
 impl Commission {
     /// The texts in the order of [`REPORT_KEYS`].
-    pub fn texts(&self) -> [Option<&str>; 8] {
+    pub fn texts(&self) -> [Option<&str>; 9] {
         [
             &self.number,
             &self.laboratory,
@@ -135,6 +144,7 @@ impl Commission {
             &self.approved_by,
             &self.customer,
             &self.received,
+            &self.issued,
             &self.method,
             &self.notes,
         ]
@@ -217,7 +227,7 @@ mod tests {
 
     #[test]
     fn every_key_of_the_tables_is_known_by_its_name() {
-        let all = |keys: [Key; 8], table: &str| {
+        let all = |keys: [Key; 9], table: &str| {
             let lines = keys.map(|key| format!("{} = \"{}\"\n", key.name, key.name)).concat();
             format!("[{table}]\n{lines}")
         };

@@ -16,6 +16,7 @@ mod paper;
 pub mod pdf;
 pub mod plots;
 pub mod sensor;
+mod statements;
 pub mod svg;
 pub mod sweep;
 pub mod viewer;

@@ -37,6 +37,7 @@ fn report(folder: &Utf8Path, rows: Vec<Reading>) -> Result<Document, String> {
         simulation,
         colour: None,
         comparison: None,
+        conformity: isolux_conformity::Conformity::default(),
         diagnosis: None,
         undiagnosed: None,
         stale: Vec::new(),

@@ -89,7 +89,7 @@ pub fn trimmed(text: String) -> String {
 }
 
 /// Power of ten of the last digit of an uncertainty; none for zero and what is not finite.
-fn place_of(expanded: f64) -> Option<i32> {
+pub fn place_of(expanded: f64) -> Option<i32> {
     let exponent = exponent(expanded)?;
     // From the shortest text: 0.3 ÷ 0.1 is not 3.
     let first = format!("{:e}", expanded.abs()).as_bytes()[0];

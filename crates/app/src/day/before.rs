@@ -1,6 +1,7 @@
 //! The whole job is checked before anything moves: what would be refused after a scan of hours is refused before it.
 
 use camino::Utf8Path;
+use isolux_conformity::before::not_claimable;
 use isolux_model::{Emitter, Luminaire, Model, Spectral};
 use isolux_record::plan::Instrument;
 use isolux_record::{Job, Plan, ReadingKind, Station};
@@ -8,17 +9,23 @@ use isolux_spectrum::Spectrum;
 
 use crate::diagnosis::diagnose;
 use crate::files::Overwrite;
+use crate::front_end::progress::{Event, Progress};
 use crate::run::record;
 use crate::simulation::{scene, simulate};
 use crate::{Failure, scan};
 
 /// Checks the station, the plan and what it gives, the scene with the files that it names, and the model and
 /// observations of the diagnosis. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
-/// record says what was planned.
+/// record says what was planned. What the day will not be able to claim goes to `progress`.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
-pub(super) fn check(job: &Job, scanned: Option<&Utf8Path>, attended: bool) -> Result<(), Failure> {
+pub(super) fn check(
+    job: &Job,
+    scanned: Option<&Utf8Path>,
+    attended: bool,
+    progress: &dyn Progress,
+) -> Result<(), Failure> {
     let (station, plan) = if let Some(day) = scanned {
         let header = record::read(day)?.header;
         (header.station, header.plan)
@@ -34,6 +41,11 @@ pub(super) fn check(job: &Job, scanned: Option<&Utf8Path>, attended: bool) -> Re
     })?;
     if let Some(request) = super::requested::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
         diagnose::check(&request)?;
+    }
+    if scanned.is_none() {
+        for sentence in not_claimable(&station, &plan, job.conditions(), job.requirements()) {
+            progress.event(Event::Note(&format!("not to be claimed of this day: {sentence}")));
+        }
     }
     Ok(())
 }

@@ -1,23 +1,26 @@
 //! The sensor lit by the luminaire of a day, and its axis beside what the spectroradiometer read.
 
 use camino::Utf8Path;
+use isolux_conformity::Conformity;
 use isolux_diagnose::on_axis::on_axis;
 use isolux_model::Model;
-use isolux_record::Run;
+use isolux_record::{Run, event};
 use isolux_reduce::Reduction;
 use isolux_report::day::DayResults;
 use isolux_sim::simulation::Method;
 
+use super::requested::Limits;
 use crate::Failure;
 use crate::front_end::progress::{Event, Progress};
 use crate::simulation::{scene, simulate};
 
-/// Simulates the sensor with the model in the folder of results, and compares the axis.
+/// Simulates the sensor with the model in the folder of results, compares the axis, and judges the record by the limits.
 pub(crate) fn light(
     results: &Utf8Path,
     run: Run,
     reduction: Reduction,
     sensor: Option<&Utf8Path>,
+    limits: &Limits,
     progress: &dyn Progress,
 ) -> Result<DayResults, Failure> {
     progress.event(Event::Began {
@@ -47,6 +50,13 @@ pub(crate) fn light(
         .as_ref()
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
     let comparison = on_axis(&model, &reduction).map_err(Failure::bad_input)?;
+    let conformity = Conformity::of(
+        &limits.conditions,
+        &limits.requirements,
+        &run,
+        &event::read(&run.path),
+        &reduction,
+    );
     Ok(DayResults {
         run,
         reduction,
@@ -55,6 +65,7 @@ pub(crate) fn light(
         simulation,
         colour,
         comparison,
+        conformity,
         diagnosis: None,
         undiagnosed: None,
         stale: Vec::new(),

@@ -7,6 +7,7 @@ mod before;
 mod diary;
 mod kept;
 pub(crate) mod light;
+pub(crate) mod publish;
 pub(crate) mod report;
 pub(crate) mod requested;
 pub(crate) mod stored;
@@ -21,6 +22,7 @@ use isolux_report::day::{DayResults, Diagnosed, document};
 use isolux_virtual::twins::Choice;
 
 pub use self::report::report;
+use self::requested::Limits;
 use crate::diagnosis::diagnose;
 use crate::files::{self, Overwrite};
 use crate::front_end::control::Control;
@@ -50,6 +52,8 @@ pub struct Options {
     pub force: Option<String>,
     /// Why a drift beyond the limits of the plan is accepted; none: it is refused after the scan, and the record stays.
     pub accept_drift: Option<String>,
+    /// Why a report that was issued is made again.
+    pub amend: Option<String>,
 }
 
 /// A finished day.
@@ -107,7 +111,7 @@ pub fn run(
     let scanned = options.resume && completed(&folder, options.reread)?;
     // What cannot be is refused before anything moves, not after the scan.
     if let Some(job) = &job {
-        before::check(job, scanned.then_some(folder.as_path()), operator.is_some())?;
+        before::check(job, scanned.then_some(folder.as_path()), operator.is_some(), progress)?;
     }
     let scan = |source: &bench::StationFiles, plan: &Plan, progress: &dyn Progress| {
         let job = ScanJob {
@@ -142,14 +146,8 @@ pub fn run(
     } else {
         Overwrite::Never
     };
-    finish(
-        &folder,
-        job.as_ref(),
-        options.accept_drift.as_deref(),
-        overwrite,
-        progress,
-    )
-    .map_err(|failure| resume_with_reason(failure, options.job.as_deref(), &folder))
+    finish(&folder, job.as_ref(), options, overwrite, progress)
+        .map_err(|failure| resume_with_reason(failure, options.job.as_deref(), &folder))
 }
 
 /// The failure of the acceptance check with the command that accepts the record.
@@ -201,7 +199,7 @@ fn built_in(plan: DayPlan) -> Result<(bench::StationFiles, Plan), Failure> {
 fn finish(
     folder: &Utf8Path,
     job: Option<&Job>,
-    accept_drift: Option<&str>,
+    options: &Options,
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<Day, Failure> {
@@ -211,7 +209,7 @@ fn finish(
         total: None,
     });
     let request = reduce::ReduceRequest {
-        accept_drift,
+        accept_drift: options.accept_drift.as_deref(),
         subject: job.map(Job::subject),
         ..reduce::ReduceRequest::default()
     };
@@ -220,12 +218,13 @@ fn finish(
 
     let Reduced { run, reduction, .. } = reduced;
     let scene = job.map(Job::scene);
-    let day_results = simulated(&results, run, reduction, scene, overwrite, progress)?;
+    let limits = job.map_or_else(Limits::built_in, |job| Ok(Limits::of(job)))?;
+    let day_results = simulated(&results, run, reduction, scene, &limits, overwrite, progress)?;
     let model = results.join("luminaire.model.toml");
     let wanted = job.and_then(|job| requested::diagnosis(job, &results, overwrite));
     let request =
         wanted.unwrap_or_else(|| requested::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
-    let day_results = reported(day_results, &request, overwrite, progress)?;
+    let day_results = reported(day_results, &request, options.amend.as_deref(), overwrite, progress)?;
     if let Some(job) = job {
         diary::add(job, folder, &day_results, progress)?;
     }
@@ -242,13 +241,16 @@ pub(crate) fn simulated(
     run: Run,
     reduction: Reduction,
     scene: Option<&Utf8Path>,
+    limits: &Limits,
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<DayResults, Failure> {
     kept::step("simulate", results, || {
-        let day_results = light::light(results, run, reduction, scene, progress)?;
+        let day_results = light::light(results, run, reduction, scene, limits, progress)?;
         let u_direction_rel = day_results.u_direction_rel();
         simulate::write(results, &day_results.simulation, u_direction_rel, overwrite)?;
+        let text = serde_json::to_string_pretty(&day_results.conformity).map_err(Failure::instrument)? + "\n";
+        files::write(&results.join("conformity.json"), text.as_bytes(), overwrite)?;
         if let Some(comparison) = &day_results.comparison {
             let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
             files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
@@ -261,6 +263,7 @@ pub(crate) fn simulated(
 pub(crate) fn reported(
     mut day_results: DayResults,
     request: &diagnose::DiagnoseRequest,
+    amend: Option<&str>,
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<DayResults, Failure> {
@@ -281,8 +284,8 @@ pub(crate) fn reported(
     }
     kept::step("report", &results, || {
         let document = document(&day_results)?;
-        files::write(&results.join("report.html"), document.html().as_bytes(), overwrite)?;
-        report::renew_paper(&document, &results.join("report.pdf"), overwrite, progress)
+        let page = results.join("report.html");
+        publish::publish(document, &results, &page, amend, overwrite, progress)
     })?;
     Ok(day_results)
 }

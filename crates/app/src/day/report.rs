@@ -2,10 +2,11 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_reduce::Reduction;
-use isolux_report::day::document;
+use isolux_report::day::{amended, document};
 use isolux_report::document::Document;
 
 use super::light::light;
+use super::publish::{amendments, publish};
 use super::{requested, stored};
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -15,7 +16,7 @@ use crate::run::{record, reduce};
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
 /// page or as PDF; without `out` beside those results. `job` is that of a day that does not hold its own. The report
 /// of a scan that is not finished has `partial` in its name, which is returned. A page among the results takes the PDF
-/// there with it (`renew_paper`).
+/// there with it (`renew_paper`); `amend` is why it replaces one that was issued (`publish`).
 ///
 /// # Errors
 /// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
@@ -25,6 +26,7 @@ pub fn report(
     job: Option<&Utf8Path>,
     out: Option<&Utf8Path>,
     pdf: bool,
+    amend: Option<&str>,
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<Utf8PathBuf, Failure> {
@@ -33,26 +35,29 @@ pub fn report(
         scene,
         own_model,
         subject,
+        limits,
     } = requested::of_report(folder, job)?;
     run.header.state(&subject);
     let reduction = stored::reduction(folder, &run)?;
     let results = reduce::results_folder(folder, &reduction);
     let beside = |name: &str| named(&results.join(name), &reduction);
     let own = beside(if pdf { "report.pdf" } else { "report.html" });
-    let paper_beside = (!pdf && out.is_none()).then(|| beside("report.pdf"));
+    let among_results = !pdf && out.is_none();
     let out = out.map_or(own, |out| named(out, &reduction));
     files::refuse_existing(&out, overwrite)?;
-    let mut day_results = light(&results, run, reduction, scene.as_deref(), progress)?;
+    let mut day_results = light(&results, run, reduction, scene.as_deref(), &limits, progress)?;
     stored::beside(folder, own_model, &mut day_results)?;
     let document = document(&day_results)?;
+    if among_results {
+        publish(document, &results, &out, amend, overwrite, progress)?;
+        return Ok(out);
+    }
+    let document = amended(document, &amendments(&results)?);
     if pdf {
         files::write(&out, &paper(&document, progress)?, overwrite)?;
         return Ok(out);
     }
     files::write(&out, document.html().as_bytes(), overwrite)?;
-    if let Some(file) = paper_beside {
-        renew_paper(&document, &file, overwrite, progress)?;
-    }
     Ok(out)
 }
 

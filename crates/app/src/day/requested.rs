@@ -3,9 +3,10 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Job, RunHeader, Station, Subject};
+use isolux_record::{Conditions, Job, Requirements, RunHeader, Station, Subject};
 use isolux_sim::simulation::Facts;
 use isolux_virtual::twins::Choice;
+use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::diagnosis::diagnose;
@@ -128,6 +129,14 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
     if let Value::Table(subject) = Value::try_from(job.subject()).map_err(Failure::bad_input)? {
         document.extend(subject);
     }
+    if !job.conditions().is_empty() {
+        let conditions = Value::try_from(job.conditions()).map_err(Failure::bad_input)?;
+        document.insert("conditions".into(), conditions);
+    }
+    if !job.requirements().is_empty() {
+        let requirements = Value::try_from(job.requirements()).map_err(Failure::bad_input)?;
+        document.insert("requirements".into(), requirements);
+    }
     // job.toml last: a folder with it holds what it names.
     kept.push(("job.toml".to_owned(), text(&document.into())?.into_bytes()));
     let sums = record::sums(kept.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -157,6 +166,41 @@ pub(crate) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     Err(unknown(day).help(format!("give the job: isolux run JOB --resume {day}")))
 }
 
+/// By what a day is judged.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Limits {
+    /// Limits of its conditions.
+    pub conditions: Conditions,
+    /// What the luminaire has to keep.
+    pub requirements: Requirements,
+}
+
+impl Limits {
+    /// Those of a job.
+    pub(crate) fn of(job: &Job) -> Self {
+        Self {
+            conditions: job.conditions().clone(),
+            requirements: job.requirements().clone(),
+        }
+    }
+
+    /// Those of the built-in virtual darkroom: what `isolux init` writes.
+    ///
+    /// # Errors
+    /// Never for the text as it is shipped.
+    pub(crate) fn built_in() -> Result<Self, Failure> {
+        #[derive(serde::Deserialize)]
+        struct Shipped {
+            conditions: Conditions,
+        }
+        let shipped: Shipped = toml::from_str(&init::conditions()).map_err(Failure::instrument)?;
+        Ok(Self {
+            conditions: shipped.conditions,
+            requirements: Requirements::default(),
+        })
+    }
+}
+
 /// What a report takes from the job of its day.
 #[derive(Debug, Default)]
 pub(crate) struct OfReport {
@@ -166,6 +210,8 @@ pub(crate) struct OfReport {
     pub own_model: bool,
     /// What was measured and for whom, where that is known better than the record knows it.
     pub subject: Subject,
+    /// By what the day is judged.
+    pub limits: Limits,
 }
 
 /// What a report of `day` takes from its job.
@@ -179,6 +225,7 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
             scene: Some(job.scene().to_owned()),
             own_model: job.diagnose().is_some(),
             subject: job.subject().clone(),
+            limits: Limits::of(&job),
         });
     }
     let folder = day.join(FOLDER);
@@ -200,12 +247,34 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
             subject: subject
                 .try_into()
                 .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?,
+            limits: Limits {
+                conditions: part(&table, "conditions", &file)?,
+                requirements: part(&table, "requirements", &file)?,
+            },
         });
     }
     if day.join("results/result.json").is_file() && !built_in(day)? {
         return Err(unknown(day).help(format!("give the job: isolux report {day} --job JOB --out FILE")));
     }
-    Ok(OfReport::default())
+    let limits = if on_built_in_bench(day)? {
+        Limits::built_in()?
+    } else {
+        Limits::default()
+    };
+    Ok(OfReport {
+        limits,
+        ..OfReport::default()
+    })
+}
+
+/// A table of a kept job; what it has by default where it is left out.
+fn part<T: DeserializeOwned + Default>(table: &Table, name: &str, file: &Utf8Path) -> Result<T, Failure> {
+    let Some(part) = table.get(name) else {
+        return Ok(T::default());
+    };
+    part.clone()
+        .try_into()
+        .map_err(|error| Failure::bad_input(format!("{file}: [{name}]: {error}")))
 }
 
 fn unknown(day: &Utf8Path) -> Failure {

@@ -73,6 +73,28 @@ impl DayPlan {
 pub const SCENE: &str = include_str!("scene.toml");
 /// The job that names them.
 pub const JOB: &str = include_str!("job.toml");
+/// Limits of its conditions, with a line where those of the supply belong.
+const CONDITIONS: &str = include_str!("conditions.toml");
+const OF_THE_SUPPLY: &str = "# SUPPLY\n";
+const DIRECT: &str = r#"supply = "dc"                   # or "ac", which has limits of frequency and distortion too
+supply_voltage_v = { nominal = 24.0, tolerance_rel = 0.002, clause = "4.3" }
+"#;
+const ALTERNATING: &str = r#"supply = "ac"                   # or "dc", which has no frequency and no distortion
+supply_voltage_v = { nominal = 230.0, tolerance_rel = 0.004, clause = "4.3" }
+supply_frequency_hz = { nominal = 50.0, tolerance_rel = 0.002, clause = "4.3" }
+supply_thd_rel = { largest = 0.015, clause = "4.3" }
+"#;
+
+/// The conditions of the lamp of the built-in virtual darkroom.
+pub(crate) fn conditions() -> String {
+    CONDITIONS.replace(OF_THE_SUPPLY, DIRECT)
+}
+
+/// The job of a subject on this supply.
+fn job_text(supply: &str, subject: &Subject) -> String {
+    let conditions = CONDITIONS.replace(OF_THE_SUPPLY, supply);
+    [JOB, &conditions, &subject::text(subject)].concat()
+}
 
 /// Writes the files into `folder`, with the plan asked for; the names written.
 ///
@@ -95,7 +117,7 @@ pub fn run(
     files.extend(calibration.map(|text| (CALIBRATION_FILE, text)));
     files.push(("plan.toml", instruments.plan(plan.text(), &choice, None)?));
     files.push(("scene.toml", SCENE.to_owned()));
-    files.push(("job.toml", JOB.to_owned() + &subject::text(subject)));
+    files.push(("job.toml", job_text(DIRECT, subject)));
     write_all(folder, files, overwrite)
 }
 
@@ -116,7 +138,7 @@ pub fn for_lamp(
     let choice = instruments.choice()?;
     let lamp = lamp::lamp(lamp, &choice)?;
     let subject = if stated.is_empty() { &lamp.subject } else { stated };
-    let job = JOB.to_owned() + &subject::text(subject);
+    let job = job_text(ALTERNATING, subject);
     let mut files = lamp.files;
     for (name, text) in &mut files {
         match *name {

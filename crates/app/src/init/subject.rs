@@ -9,7 +9,7 @@ use crate::Failure;
 const BUILT_IN_NAME: &str = "LED rings of the virtual darkroom";
 
 /// The tables, with every key that they can have.
-pub const TABLES: [(&str, [Key; 8]); 2] = [("luminaire", LUMINAIRE_KEYS), ("report", REPORT_KEYS)];
+pub const TABLES: [(&str, [Key; 9]); 2] = [("luminaire", LUMINAIRE_KEYS), ("report", REPORT_KEYS)];
 
 /// What is measured in the built-in virtual darkroom.
 pub fn built_in() -> Subject {

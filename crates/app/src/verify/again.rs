@@ -7,13 +7,13 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::Run;
 use isolux_record::event::EVENTS_FILE;
 use isolux_reduce::{Accepted, Correction, Options, Reduction, ResultFile, file_name, reduce};
-use isolux_report::day::{DayResults, document};
+use isolux_report::day::{DayResults, amended, document};
 use serde::Deserialize;
 
 use super::ledger;
 use super::provenance::Provenance;
 use crate::Failure;
-use crate::day::{self, report, requested};
+use crate::day::{self, publish, report, requested};
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 use crate::instruments::bench::PROGRAM;
@@ -224,7 +224,10 @@ fn beyond(
             if !run.path.join(requested::FOLDER).exists()
                 && requested::on_built_in_bench(&run.path).unwrap_or_default() =>
         {
-            requested::OfReport::default()
+            requested::OfReport {
+                limits: requested::Limits::built_in().unwrap_or_default(),
+                ..requested::OfReport::default()
+            }
         }
         Err(failure) => {
             again.left_out.push(("", failure.message));
@@ -233,23 +236,30 @@ fn beyond(
     };
     let scene = requested.scene.as_deref();
     let made = if is_day {
-        day::simulated(at, run.clone(), reduction, scene, Overwrite::Force, progress).and_then(|day_results| {
-            match diagnosis(run, at, requested.own_model) {
-                Ok(request) => day::reported(day_results, &request, Overwrite::Force, progress),
-                Err(failure) => {
-                    let why = format!(
-                        "the diagnosis of the day reads files outside the run: {}",
-                        failure.message
-                    );
-                    again
-                        .left_out
-                        .extend(["diagnosis", "report"].map(|start| (start, why.clone())));
-                    Ok(day_results)
-                }
+        day::simulated(
+            at,
+            run.clone(),
+            reduction,
+            scene,
+            &requested.limits,
+            Overwrite::Force,
+            progress,
+        )
+        .and_then(|day_results| match diagnosis(run, at, requested.own_model) {
+            Ok(request) => day::reported(day_results, &request, None, Overwrite::Force, progress),
+            Err(failure) => {
+                let why = format!(
+                    "the diagnosis of the day reads files outside the run: {}",
+                    failure.message
+                );
+                again
+                    .left_out
+                    .extend(["diagnosis", "report"].map(|start| (start, why.clone())));
+                Ok(day_results)
             }
         })
     } else {
-        day::light::light(at, run.clone(), reduction, scene, progress)
+        day::light::light(at, run.clone(), reduction, scene, &requested.limits, progress)
     };
     let reported = made.and_then(|mut day_results| {
         if again.left_out.iter().any(|(start, _)| *start == "report") {
@@ -291,6 +301,15 @@ fn reports(
     progress: &dyn Progress,
 ) -> Result<(), Failure> {
     let document = document(day_results)?;
+    if results.join(publish::STATEMENTS).is_file() {
+        let text = serde_json::to_string_pretty(&document.statements()).map_err(Failure::instrument)? + "\n";
+        again
+            .made
+            .entry(publish::STATEMENTS.to_owned())
+            .or_default()
+            .push(text.into_bytes());
+    }
+    let document = amended(document, &publish::amendments(results)?);
     if results.join(page).is_file() {
         again
             .made

@@ -28,15 +28,19 @@ pub struct Report {
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
+    /// Amend the report among the results: the one before is kept, and the new one says what changed and why.
+    #[arg(long, value_name = "REASON", conflicts_with_all = ["out", "pdf"])]
+    amend: Option<String>,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Report) -> Result<(), Failure> {
-    let overwrite = Overwrite::requested(arguments.force);
+    let overwrite = Overwrite::requested(arguments.force || arguments.amend.is_some());
     let job = arguments.job.as_deref();
     let progress = screen::Bars::default();
     let out = arguments.out.as_deref();
-    let out = day::report(&arguments.run, job, out, arguments.pdf, overwrite, &progress)?;
+    let amend = arguments.amend.as_deref();
+    let out = day::report(&arguments.run, job, out, arguments.pdf, amend, overwrite, &progress)?;
     screen::say(out)?;
     Ok(())
 }

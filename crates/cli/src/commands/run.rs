@@ -37,6 +37,9 @@ pub struct Run {
     /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
+    /// With --resume: why a report that was issued is made again; the one before is kept, the new one says what changed.
+    #[arg(long, value_name = "REASON", requires = "resume")]
+    amend: Option<String>,
     /// Show the day on the local page, in the browser: the scan while it runs, the report at the end.
     #[arg(long)]
     open: bool,
@@ -54,6 +57,7 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         reread: arguments.reread,
         force: arguments.takeover.reason().map(str::to_owned),
         accept_drift: arguments.accept_drift.clone(),
+        amend: arguments.amend.clone(),
     };
     let terminal = Terminal::of_stdin();
     let mut control = terminal.control();

@@ -1,4 +1,4 @@
-//! Under which conditions it was measured: stabilisation, temperature, supply, distance, scan, drift, closing check,
+//! Under which conditions it was measured: limits, stabilisation, temperature, supply, distance, scan, drift, closing check,
 //! instruments.
 
 use crate::axes::{Frame, Scale};
@@ -20,6 +20,7 @@ pub fn section(day_results: &DayResults) -> Section {
     let mut section = Section::new("Conditions");
     let events = event::read(&day_results.run.path);
     section.facts(facts(day_results, &events));
+    super::conformity::conditions(&mut section, day_results);
     section.subheading("Electrical");
     electrical(&mut section, day_results);
     section.subheading("Stability");

@@ -2,9 +2,11 @@
 //! measured, the verdict, the distribution, flux, colour, glare, the conditions, the uncertainty, and what is behind
 //! them.
 
+mod amendments;
 mod colour;
 mod colour_over_angle;
 mod conditions;
+mod conformity;
 mod light;
 mod record;
 mod results;
@@ -13,6 +15,7 @@ mod uncertainty;
 mod verdict;
 mod words;
 
+pub use amendments::{Amendment, Change, amended, changes};
 pub use colour_over_angle::{figures as colour_figures, sentence as colour_sentence};
 pub use results::{DayResults, Diagnosed};
 
@@ -38,6 +41,7 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
     let number = report.number.as_deref().unwrap_or("without a number");
     let day: String = header.started_utc.chars().take(10).collect();
     let mut sections = vec![verdict::section(day_results)];
+    sections.extend(conformity::requirements(day_results));
     sections.push(light::distribution(day_results));
     sections.push(light::flux(day_results));
     sections.extend(colour::section(day_results));
@@ -49,6 +53,7 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
     sections.extend(simulated::comparison(day_results));
     sections.extend(simulated::diagnosis(day_results));
     sections.push(light::tables(day_results));
+    sections.push(conformity::checklist(day_results));
     sections.push(record::section(day_results));
     let laboratory = report
         .laboratory

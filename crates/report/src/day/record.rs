@@ -6,7 +6,7 @@ use isolux_record::disk::sha256;
 use super::results::DayResults;
 
 /// Files of the results with what they are.
-const FILES: [(&str, &str); 15] = [
+const FILES: [(&str, &str); 16] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
     (
@@ -23,6 +23,7 @@ const FILES: [(&str, &str); 15] = [
     ("irradiance.png", "the map in false colours"),
     ("result.json", "numbers of the simulation"),
     ("budget.json", "the uncertainty, part by part"),
+    ("conformity.json", "conditions, requirements and checklist as judged"),
     ("comparison.json", "the axis at the short distance"),
     ("provenance.json", "what was measured, with what, by which program"),
 ];

@@ -1,6 +1,7 @@
 //! Everything that the report of a day shows.
 
 use camino::Utf8PathBuf;
+use isolux_conformity::Conformity;
 use isolux_diagnose::on_axis::Comparison;
 use isolux_model::Scene;
 use isolux_record::Run;
@@ -26,6 +27,8 @@ pub struct DayResults {
     pub colour: Option<Quantities>,
     /// The test on the axis.
     pub comparison: Option<Comparison>,
+    /// Conditions and requirements as they were judged, and what the report has to state.
+    pub conformity: Conformity,
     /// What the diagnosis says.
     pub diagnosis: Option<Diagnosed>,
     /// Why there is none, where one was tried and failed.
@@ -89,6 +92,15 @@ impl DayResults {
             )
         }));
         lines.push(format!("mean on the sensor    {}", mean(facts)));
+        let [met, not_met, not_known] = self.conformity.standings();
+        lines.push(format!(
+            "conditions            {met} met, {not_met} not met, {not_known} not known"
+        ));
+        lines.extend(
+            self.conformity
+                .sentence()
+                .map(|sentence| format!("requirements          {sentence}")),
+        );
         match &self.comparison {
             Some(comparison) => lines.extend(comparison.sentences()),
             None if self.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(

@@ -20,6 +20,13 @@ pub fn section(day_results: &DayResults) -> Section {
     if let Some(partial) = &day_results.reduction.partial {
         section.add(Block::Verdict(partial.note(), false));
     }
+    if let Some(sentence) = day_results.conformity.sentence() {
+        let [_, fail, not_decided] = day_results.conformity.counts();
+        section.add(Block::Verdict(
+            format!("Requirements: {sentence}."),
+            fail + not_decided == 0,
+        ));
+    }
     if let Some(comparison) = &day_results.comparison {
         let (sentence, good) = comparison.verdict();
         section.add(Block::Verdict(sentence, good));
