@@ -8,6 +8,7 @@ use isolux_app::formats::inspect::{self, Quantities};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::verify::Verification;
+use isolux_conformity::Conformity;
 use isolux_diagnose::document::Document;
 use isolux_diagnose::on_axis::Comparison;
 use isolux_formats::ReadOptions;
@@ -36,6 +37,7 @@ fn the_results_of_a_day_are_read_as_what_they_were_written_from() {
     day::run(&options, None, &Control::default(), &Silent).unwrap();
     let results = folder.join("results");
     same::<Budget>(&results.join("budget.json"));
+    same::<Conformity>(&results.join("conformity.json"));
     same::<Comparison>(&results.join("comparison.json"));
     same::<Facts>(&results.join("result.json"));
     same::<Document>(&results.join("diagnosis.json"));
@@ -68,6 +70,7 @@ fn schema<T: JsonSchema>(name: &str) {
 #[test]
 fn the_schemas_in_the_book_are_those_of_the_types() {
     schema::<Budget>("budget");
+    schema::<Conformity>("conformity");
     schema::<Comparison>("comparison");
     schema::<Facts>("result");
     schema::<Document>("diagnosis");

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::conditions::Conditions;
 use crate::document::{DocumentError, Fault, SourceText, read_text};
+use crate::layout::Layout;
 use crate::requirements::Requirements;
 use crate::subject::{Commission, Luminaire, Subject};
 
@@ -29,6 +30,8 @@ struct JobDocument {
     conditions: Conditions,
     #[serde(default)]
     requirements: Requirements,
+    #[serde(default)]
+    layout: Layout,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -48,6 +51,7 @@ pub struct Job {
     subject: Subject,
     conditions: Conditions,
     requirements: Requirements,
+    layout: Layout,
 }
 
 impl Job {
@@ -67,6 +71,7 @@ impl Job {
             .check()
             .and_then(|()| job.conditions.check())
             .and_then(|()| job.requirements.check())
+            .and_then(|()| job.layout.check())
             .map_err(|fault| source.locate(&fault))?;
         let folder = file.parent().unwrap_or(Utf8Path::new(""));
         let resolve = |key: &str, path: &Utf8Path| {
@@ -80,6 +85,10 @@ impl Job {
             };
             Err(source.locate(&Fault::new(key, format!("{resolved} {wrong}"))))
         };
+        let mut layout = job.layout;
+        for (key, file) in layout.files() {
+            *file = resolve(key, file)?;
+        }
         Ok(Self {
             station: resolve("station", &job.station)?,
             plan: resolve("plan", &job.plan)?,
@@ -103,6 +112,7 @@ impl Job {
             subject,
             conditions: job.conditions,
             requirements: job.requirements,
+            layout,
         })
     }
 
@@ -129,6 +139,11 @@ impl Job {
     /// What the luminaire has to keep.
     pub fn requirements(&self) -> &Requirements {
         &self.requirements
+    }
+
+    /// How its report looks; paths are resolved.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
     }
 
     /// The scene file.

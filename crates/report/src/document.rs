@@ -1,6 +1,10 @@
 //! A report as sections of blocks, from which both its forms are made: the HTML page and the PDF.
 
+use base64::Engine as _;
+
+use crate::clothes::Clothes;
 use crate::html::{Page, Tile};
+use crate::language::Language;
 use crate::svg::escape;
 
 /// A report.
@@ -12,6 +16,12 @@ pub struct Document {
     pub subtitle: String,
     /// What stands at the foot of each page of paper: number of the report, laboratory.
     pub foot: String,
+    /// Year, month and day of its metadata; without them it is no document for an archive.
+    pub date: Option<(u16, u8, u8)>,
+    /// The language that it is set in; its texts here are English.
+    pub language: Language,
+    /// Whose it is.
+    pub clothes: Clothes,
     /// Its sections in order; the first has no heading of its own.
     pub sections: Vec<Section>,
 }
@@ -132,8 +142,15 @@ impl Section {
 impl Document {
     /// The report as one HTML page that fetches nothing.
     pub fn html(&self) -> String {
-        let mut page = Page::new(&self.title);
-        page.foot(&self.foot);
+        let document = self.in_its_language();
+        let mut page = Page::new(&document.title);
+        page.dress(document.language.code(), &document.clothes.style);
+        page.foot(&document.foot);
+        document.html_of(page)
+    }
+
+    fn html_of(&self, mut page: Page) -> String {
+        head(&mut page, &self.clothes);
         if !self.subtitle.is_empty() {
             page.raw(&format!("<p class=\"subtitle\">{}</p>", escape(&self.subtitle)));
         }
@@ -149,6 +166,26 @@ impl Document {
         }
         page.finish()
     }
+}
+
+/// Logo, address and mark beside each other. Pictures as images: nothing in them is carried out.
+fn head(page: &mut Page, clothes: &Clothes) {
+    if *clothes == Clothes::default() {
+        return;
+    }
+    let image = |svg: &Option<String>, what: &str| {
+        svg.as_ref().map_or_else(String::new, |svg| {
+            let data = base64::engine::general_purpose::STANDARD.encode(svg);
+            format!("<img alt=\"{what}\" src=\"data:image/svg+xml;base64,{data}\">")
+        })
+    };
+    let address: Vec<String> = clothes.address.iter().map(|line| escape(line)).collect();
+    page.raw(&format!(
+        "<header class=\"clothes\">{}<address>{}</address>{}</header>",
+        image(&clothes.logo, "logo"),
+        address.join("<br>"),
+        image(&clothes.accreditation_mark, "accreditation")
+    ));
 }
 
 fn add(page: &mut Page, block: &Block) {

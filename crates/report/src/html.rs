@@ -8,6 +8,9 @@ use crate::svg::escape;
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
+    language: &'static str,
+    /// Style of its own, after that of every page.
+    style: String,
     /// At the foot of each printed page, as a string of CSS.
     foot: String,
     body: String,
@@ -31,11 +34,20 @@ impl Page {
     pub fn new(title: &str) -> Self {
         Self {
             title: escape(title),
+            language: "en",
+            style: String::new(),
             foot: String::new(),
             body: String::new(),
             data: String::new(),
             scripts: String::new(),
         }
+    }
+
+    /// The language that it is in, by BCP 47, and style that follows that of every page.
+    pub fn dress(&mut self, language: &'static str, style: &str) {
+        self.language = language;
+        // Nothing in it ends the element.
+        self.style = style.replace("</", "<\\/");
     }
 
     /// What stands at the foot of each page when it is printed, beside its number.
@@ -185,10 +197,12 @@ impl Page {
     /// The finished page.
     pub fn finish(self) -> String {
         format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-             content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}{viewer}{foot}</style>\n</head>\n<body>\n\
+            "<!DOCTYPE html>\n<html lang=\"{language}\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+             content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}{viewer}{foot}{style}</style>\n</head>\n<body>\n\
              <h1>{title}</h1>\n{body}{data}{scripts}</body>\n</html>\n",
             title = self.title,
+            language = self.language,
+            style = self.style,
             viewer = include_str!("viewer/viewer.css"),
             foot = PRINTED_FOOT.replace("FOOT", &self.foot),
             body = self.body,

@@ -5,14 +5,17 @@
 
 pub mod answer;
 pub mod axes;
+pub mod clothes;
 pub mod content;
 pub mod day;
 pub mod diagnosis;
 pub mod diagnosis_page;
 pub mod document;
 pub mod html;
+pub mod language;
 pub mod map;
 mod paper;
+pub mod parts;
 pub mod pdf;
 pub mod plots;
 pub mod sensor;

@@ -8,13 +8,13 @@ mod piece;
 mod tables;
 
 use self::blocks::Layout;
-pub use self::piece::{A4, Ink, Item, Measure, Style, WIDTH};
+pub use self::piece::{A4, Ink, Item, Kind, Measure, Of, Placed, Style, WIDTH};
 use self::piece::{BOTTOM, FOOT, LEFT, Piece, SMALL, TOP, fitted, text};
 use crate::document::Document;
 
 /// The pages of a report; the foot of each says what the report is and its number of how many.
-pub fn pages(document: &Document, fonts: &dyn Measure) -> Vec<Vec<Item>> {
-    let layout = Layout { fonts };
+pub fn pages(document: &Document, fonts: &dyn Measure) -> Vec<Vec<Placed>> {
+    let layout = Layout::new(fonts);
     let mut pieces = layout.title(document);
     for section in &document.sections {
         layout.section(section, &mut pieces);
@@ -24,24 +24,20 @@ pub fn pages(document: &Document, fonts: &dyn Measure) -> Vec<Vec<Item>> {
     for (place, page) in pages.iter_mut().enumerate() {
         let number = format!("{} / {count}", place + 1);
         let x = LEFT + WIDTH - fonts.width(&number, SMALL);
-        page.push(Item::Box {
+        let rule = Item::Box {
             at: [LEFT, FOOT - 11.0, WIDTH, 0.5],
             ink: Ink::Line,
-        });
-        page.push(text(
-            LEFT,
-            FOOT,
-            SMALL,
-            fitted(&document.foot, WIDTH - 60.0, SMALL, fonts),
-        ));
-        page.push(text(x, FOOT, SMALL, number));
+        };
+        let foot = fitted(&document.foot, WIDTH - 60.0, SMALL, fonts);
+        let items = [rule, text(LEFT, FOOT, SMALL, foot), text(x, FOOT, SMALL, number)];
+        page.extend(items.map(|item| Placed { item, of: None }));
     }
     pages
 }
 
 /// Pieces one under the other; one that does not fit begins a page, and takes with it what must stay with it.
-fn broken(pieces: Vec<Piece>) -> Vec<Vec<Item>> {
-    let mut pages: Vec<Vec<Item>> = vec![Vec::new()];
+fn broken(pieces: Vec<Piece>) -> Vec<Vec<Placed>> {
+    let mut pages: Vec<Vec<Placed>> = vec![Vec::new()];
     let mut y = TOP;
     let mut place = 0;
     while place < pieces.len() {
@@ -52,7 +48,7 @@ fn broken(pieces: Vec<Piece>) -> Vec<Vec<Item>> {
         }
         let group = &pieces[place..=last];
         let height: f32 = group.iter().map(|piece| piece.above + piece.height).sum();
-        let first = |page: &[Item]| page.is_empty();
+        let first = |page: &[Placed]| page.is_empty();
         if !pages.last().is_none_or(|page| first(page)) && y + height > BOTTOM {
             pages.push(Vec::new());
             y = TOP;
@@ -61,13 +57,14 @@ fn broken(pieces: Vec<Piece>) -> Vec<Vec<Item>> {
             let Some(page) = pages.last_mut() else { continue };
             if first(page) {
                 if let Some(head) = &piece.head {
-                    page.extend(head.items.iter().map(|item| moved(item, y)));
+                    // A head that is repeated says nothing new.
+                    page.extend(head.items.iter().map(|item| moved(item, y, None)));
                     y += head.height;
                 }
             } else {
                 y += piece.above;
             }
-            page.extend(piece.items.iter().map(|item| moved(item, y)));
+            page.extend(piece.items.iter().map(|item| moved(item, y, piece.of)));
             y += piece.height;
         }
         place = last + 1;
@@ -75,13 +72,14 @@ fn broken(pieces: Vec<Piece>) -> Vec<Vec<Item>> {
     pages
 }
 
-fn moved(item: &Item, by: f32) -> Item {
+fn moved(item: &Item, by: f32, of: Option<Of>) -> Placed {
     let mut item = item.clone();
     match &mut item {
         Item::Text { y, .. } => *y += by,
         Item::Box { at, .. } | Item::Picture { at, .. } => at[1] += by,
     }
-    item
+    let of = of.filter(|_| !matches!(item, Item::Box { .. }));
+    Placed { item, of }
 }
 
 #[cfg(test)]
@@ -111,9 +109,9 @@ mod tests {
         }
     }
 
-    fn stated(page: &[Item]) -> Vec<&str> {
+    fn stated(page: &[Placed]) -> Vec<&str> {
         page.iter()
-            .filter_map(|item| match item {
+            .filter_map(|placed| match &placed.item {
                 Item::Text { text, .. } => Some(text.as_str()),
                 _ => None,
             })
@@ -141,9 +139,9 @@ mod tests {
             assert!(stated.contains(&format!("{} / {}", place + 1, pages.len()).as_str()));
             assert!(stated.contains(&"report 7"));
             rows += stated.iter().filter(|text| text.starts_with("row ")).count();
-            for item in page {
+            for Placed { item, .. } in page {
                 let (bottom, right) = match item {
-                    Item::Text { x, y, style, text } => (*y, x + Typewriter.width(text, *style)),
+                    Item::Text { x, y, style, text, .. } => (*y, x + Typewriter.width(text, *style)),
                     Item::Box { at, .. } | Item::Picture { at, .. } => (at[1] + at[3], at[0] + at[2]),
                 };
                 assert!(bottom <= FOOT && right <= LEFT + WIDTH + 1.0, "{item:?}");
@@ -159,7 +157,7 @@ mod tests {
             blocks.push(Block::Subheading("below".to_owned()));
             blocks.push(Block::Paragraph("what it is of".to_owned()));
             let pages = pages(&document(blocks), &Typewriter);
-            let holds = |page: &Vec<Item>, words: &str| stated(page).contains(&words);
+            let holds = |page: &Vec<Placed>, words: &str| stated(page).contains(&words);
             assert!(
                 pages
                     .iter()

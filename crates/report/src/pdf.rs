@@ -1,21 +1,27 @@
-//! A report as PDF, with its fonts inside and without a browser: the pages of `paper` drawn by krilla.
+//! A report as PDF, with its fonts inside and without a browser: the pages of `paper` drawn by krilla, tagged for readers
+//! who do not see them (PDF/UA-1) and for archives (PDF/A-2a).
 
 mod fonts;
+mod tags;
 
 use std::collections::BTreeSet;
 
+use krilla::SerializeSettings;
 use krilla::color::rgb;
+use krilla::configure::{Accessibility, Archival, ConfigurationBuilder};
 use krilla::geom::{PathBuilder, Point, Rect, Size, Transform};
-use krilla::metadata::Metadata;
+use krilla::metadata::{DateTime, Metadata};
 use krilla::page::PageSettings;
 use krilla::paint::Fill;
 use krilla::surface::Surface;
+use krilla::tagging::{Artifact, ArtifactType, ContentTag, SpanTag};
 use krilla::text::TextDirection;
 use krilla_svg::{SurfaceExt as _, SvgSettings};
 
 use self::fonts::Fonts;
+use self::tags::Tags;
 use crate::document::Document;
-use crate::paper::{self, A4, Ink, Item};
+use crate::paper::{self, A4, Ink, Item, Placed};
 
 /// Why there is no PDF.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,6 +35,17 @@ impl std::fmt::Display for PdfError {
 
 impl std::error::Error for PdfError {}
 
+impl PdfError {
+    pub(crate) fn new(why: impl Into<String>) -> Self {
+        Self(why.into())
+    }
+}
+
+/// How pictures are read: with the fonts in the program.
+pub(crate) fn picture_options() -> Result<usvg::Options<'static>, PdfError> {
+    Ok(Fonts::new()?.into_svg())
+}
+
 /// A report on paper.
 #[derive(Debug, Clone)]
 pub struct Pdf {
@@ -38,6 +55,8 @@ pub struct Pdf {
     pub pages: usize,
     /// Characters that neither the own fonts nor one of the system has: they are drawn as question marks.
     pub unknown: BTreeSet<char>,
+    /// What keeps it from being PDF/A-2a and PDF/UA-1; none where it is both.
+    pub not_archival: Option<String>,
 }
 
 impl Document {
@@ -46,6 +65,10 @@ impl Document {
     /// # Errors
     /// [`PdfError`] for a picture that is no SVG.
     pub fn pdf(&self) -> Result<Pdf, PdfError> {
+        self.in_its_language().paper()
+    }
+
+    fn paper(&self) -> Result<Pdf, PdfError> {
         let mut fonts = Fonts::new()?;
         let mut pages = paper::pages(self, &fonts);
         let mut unknown = fonts.unknown(&pages);
@@ -55,35 +78,81 @@ impl Document {
             pages = paper::pages(self, &fonts);
             unknown = fonts.unknown(&pages);
         }
-        let mut file = krilla::Document::new();
-        file.set_metadata(
-            Metadata::new()
-                .title(self.title.clone())
-                .language("en".to_owned())
-                .creator(concat!("isolux ", env!("CARGO_PKG_VERSION")).to_owned()),
-        );
-        let settings = PageSettings::from_wh(A4.0, A4.1).ok_or_else(|| PdfError("no page of this size".to_owned()))?;
-        for items in &pages {
-            let mut page = file.start_page_with(settings.clone());
-            let mut surface = page.surface();
-            for item in items {
-                draw(item, &fonts, &mut surface)?;
+        let (bytes, not_archival) = match self.set(&pages, &fonts, true)? {
+            Ok(bytes) => (bytes, None),
+            // A font of the system may not be one that an archive takes.
+            Err(why) => {
+                let plain = self.set(&pages, &fonts, false)?;
+                (plain.map_err(PdfError)?, Some(why))
             }
-            surface.finish();
-            page.finish();
-        }
-        let bytes = file.finish().map_err(|error| PdfError(format!("{error:?}")))?;
+        };
         Ok(Pdf {
             bytes,
             pages: pages.len(),
             unknown,
+            not_archival,
         })
     }
+
+    /// The pages as a file; as PDF/A-2a and PDF/UA-1 where `archival`, or why they cannot be that.
+    fn set(&self, pages: &[Vec<Placed>], fonts: &Fonts, archival: bool) -> Result<Result<Vec<u8>, String>, PdfError> {
+        let mut configuration = ConfigurationBuilder::new();
+        if archival {
+            configuration = configuration
+                .with_archival_validator(Archival::A2_A)
+                .with_accessibility_validator(Accessibility::UA1);
+        }
+        let configuration = configuration.finish().map_err(|error| PdfError(format!("{error:?}")))?;
+        let mut file = krilla::Document::new_with(SerializeSettings {
+            configuration,
+            enable_tagging: true,
+            ..SerializeSettings::default()
+        });
+        let language = self.language.code();
+        let mut metadata = Metadata::new()
+            .title(self.title.clone())
+            .language(language.to_owned())
+            .creator(concat!("isolux ", env!("CARGO_PKG_VERSION")).to_owned());
+        if let Some(date) = self.date {
+            metadata = metadata.creation_date(DateTime::new(date.0).month(date.1).day(date.2));
+        }
+        file.set_metadata(metadata);
+        let mut tags = Tags::default();
+        let settings = PageSettings::from_wh(A4.0, A4.1).ok_or_else(|| PdfError("no page of this size".to_owned()))?;
+        for (number, items) in pages.iter().enumerate() {
+            let mut page = file.start_page_with(settings.clone());
+            let mut surface = page.surface();
+            for Placed { item, of } in items {
+                let tag = match (of, item) {
+                    (Some(_), Item::Text { .. }) => ContentTag::Span(SpanTag::empty()),
+                    (Some(_), _) => ContentTag::Other,
+                    (None, Item::Text { .. }) => artifact(ArtifactType::PaginationOther),
+                    (None, _) => artifact(ArtifactType::Layout),
+                };
+                let identifier = surface.start_tagged(tag);
+                draw(item, fonts, &mut surface)?;
+                surface.end_tagged();
+                if let Some(of) = of {
+                    tags.add(*of, item, identifier, number);
+                }
+            }
+            surface.finish();
+            page.finish();
+        }
+        file.set_outline(tags.outline());
+        file.set_tag_tree(tags.tree(language));
+        Ok(file.finish().map_err(|error| format!("{error:?}")))
+    }
+}
+
+/// What a reader is not read.
+fn artifact(kind: ArtifactType) -> ContentTag<'static> {
+    ContentTag::Artifact(Artifact { kind, bbox: None })
 }
 
 fn draw(item: &Item, fonts: &Fonts, surface: &mut Surface<'_>) -> Result<(), PdfError> {
     match item {
-        Item::Text { x, y, style, text } => {
+        Item::Text { x, y, style, text, .. } => {
             surface.set_fill(Some(fill(style.ink)));
             let mut x = *x;
             for (font, words) in fonts.runs(text, *style) {
@@ -103,7 +172,9 @@ fn draw(item: &Item, fonts: &Fonts, surface: &mut Surface<'_>) -> Result<(), Pdf
                 surface.draw_path(&path);
             }
         }
-        Item::Picture { at: [x, y, w, h], svg } => {
+        Item::Picture {
+            at: [x, y, w, h], svg, ..
+        } => {
             let tree =
                 usvg::Tree::from_str(svg, fonts.svg()).map_err(|error| PdfError(format!("a picture: {error}")))?;
             let Some(size) = Size::from_wh(*w, *h) else {
@@ -146,6 +217,7 @@ mod tests {
         section.figures([(picture.finish(), "a picture")]);
         Document {
             title: "Lamp".to_owned(),
+            date: Some((2026, 11, 28)),
             sections: vec![section],
             ..Document::default()
         }
@@ -157,6 +229,7 @@ mod tests {
         let first = document(words).pdf().unwrap();
         assert!(first.bytes.starts_with(b"%PDF-") && first.pages == 1);
         assert_eq!(first.unknown, BTreeSet::new());
+        assert_eq!(first.not_archival, None);
         assert_eq!(document(words).pdf().unwrap().bytes, first.bytes);
         // A letter of no writing system: no font has it.
         assert_eq!(

@@ -37,6 +37,7 @@ fn report(folder: &Utf8Path, rows: Vec<Reading>) -> Result<Document, String> {
         simulation,
         colour: None,
         comparison: None,
+        layout: isolux_report::day::DayLayout::default(),
         conformity: isolux_conformity::Conformity::default(),
         diagnosis: None,
         undiagnosed: None,

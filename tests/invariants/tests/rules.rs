@@ -16,6 +16,7 @@ const PURE: &[&str] = &[
     "isolux-model",
     "isolux-sim",
     "isolux-reduce",
+    "isolux-conformity",
     "isolux-diagnose",
 ];
 
@@ -251,7 +252,11 @@ fn arrows_point_one_way() {
             &["isolux-model", "isolux-sim", "isolux-reduce", "isolux-diagnose"],
         ),
         ("isolux-model", &["isolux-sim", "isolux-reduce", "isolux-diagnose"]),
-        ("isolux-reduce", &["isolux-sim", "isolux-diagnose", "isolux-report"]),
+        (
+            "isolux-reduce",
+            &["isolux-sim", "isolux-conformity", "isolux-diagnose", "isolux-report"],
+        ),
+        ("isolux-conformity", &["isolux-sim", "isolux-diagnose", "isolux-report"]),
         ("isolux-diagnose", &["isolux-report"]),
         (
             "isolux-report",

@@ -42,6 +42,7 @@ pub(super) fn check(
     if let Some(request) = super::requested::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
         diagnose::check(&request)?;
     }
+    super::requested::Wanted::of(job)?;
     if scanned.is_none() {
         for sentence in not_claimable(&station, &plan, job.conditions(), job.requirements()) {
             progress.event(Event::Note(&format!("not to be claimed of this day: {sentence}")));

@@ -9,18 +9,18 @@ use isolux_reduce::Reduction;
 use isolux_report::day::DayResults;
 use isolux_sim::simulation::Method;
 
-use super::requested::Limits;
+use super::requested::Wanted;
 use crate::Failure;
 use crate::front_end::progress::{Event, Progress};
 use crate::simulation::{scene, simulate};
 
-/// Simulates the sensor with the model in the folder of results, compares the axis, and judges the record by the limits.
+/// Simulates the sensor with the model in the folder of results, compares the axis, and judges the record by the wanted.
 pub(crate) fn light(
     results: &Utf8Path,
     run: Run,
     reduction: Reduction,
     sensor: Option<&Utf8Path>,
-    limits: &Limits,
+    wanted: &Wanted,
     progress: &dyn Progress,
 ) -> Result<DayResults, Failure> {
     progress.event(Event::Began {
@@ -51,8 +51,8 @@ pub(crate) fn light(
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
     let comparison = on_axis(&model, &reduction).map_err(Failure::bad_input)?;
     let conformity = Conformity::of(
-        &limits.conditions,
-        &limits.requirements,
+        &wanted.conditions,
+        &wanted.requirements,
         &run,
         &event::read(&run.path),
         &reduction,
@@ -66,6 +66,7 @@ pub(crate) fn light(
         colour,
         comparison,
         conformity,
+        layout: wanted.layout.clone(),
         diagnosis: None,
         undiagnosed: None,
         stale: Vec::new(),

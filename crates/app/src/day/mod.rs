@@ -21,8 +21,8 @@ use isolux_report::answer::statistics;
 use isolux_report::day::{DayResults, Diagnosed, document};
 use isolux_virtual::twins::Choice;
 
-pub use self::report::report;
-use self::requested::Limits;
+pub use self::report::{data_sheet, parts, report, report_document};
+use self::requested::Wanted;
 use crate::diagnosis::diagnose;
 use crate::files::{self, Overwrite};
 use crate::front_end::control::Control;
@@ -50,7 +50,7 @@ pub struct Options {
     pub reread: bool,
     /// The reason for which instruments and folder may be taken over from a process that does not answer.
     pub force: Option<String>,
-    /// Why a drift beyond the limits of the plan is accepted; none: it is refused after the scan, and the record stays.
+    /// Why a drift beyond the wanted of the plan is accepted; none: it is refused after the scan, and the record stays.
     pub accept_drift: Option<String>,
     /// Why a report that was issued is made again.
     pub amend: Option<String>,
@@ -218,8 +218,8 @@ fn finish(
 
     let Reduced { run, reduction, .. } = reduced;
     let scene = job.map(Job::scene);
-    let limits = job.map_or_else(Limits::built_in, |job| Ok(Limits::of(job)))?;
-    let day_results = simulated(&results, run, reduction, scene, &limits, overwrite, progress)?;
+    let wanted = job.map_or_else(Wanted::built_in, Wanted::of)?;
+    let day_results = simulated(&results, run, reduction, scene, &wanted, overwrite, progress)?;
     let model = results.join("luminaire.model.toml");
     let wanted = job.and_then(|job| requested::diagnosis(job, &results, overwrite));
     let request =
@@ -241,12 +241,12 @@ pub(crate) fn simulated(
     run: Run,
     reduction: Reduction,
     scene: Option<&Utf8Path>,
-    limits: &Limits,
+    wanted: &Wanted,
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<DayResults, Failure> {
     kept::step("simulate", results, || {
-        let day_results = light::light(results, run, reduction, scene, limits, progress)?;
+        let day_results = light::light(results, run, reduction, scene, wanted, progress)?;
         let u_direction_rel = day_results.u_direction_rel();
         simulate::write(results, &day_results.simulation, u_direction_rel, overwrite)?;
         let text = serde_json::to_string_pretty(&day_results.conformity).map_err(Failure::instrument)? + "\n";
@@ -285,6 +285,15 @@ pub(crate) fn reported(
     kept::step("report", &results, || {
         let document = document(&day_results)?;
         let page = results.join("report.html");
+        if day_results.layout.data_sheet {
+            let sheet = isolux_report::day::data_sheet(&day_results, &document);
+            files::write(&results.join("data-sheet.html"), sheet.html().as_bytes(), overwrite)?;
+            files::write(
+                &results.join("data-sheet.pdf"),
+                &report::paper(&sheet, progress)?,
+                overwrite,
+            )?;
+        }
         publish::publish(document, &results, &page, amend, overwrite, progress)
     })?;
     Ok(day_results)

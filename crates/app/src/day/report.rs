@@ -2,7 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_reduce::Reduction;
-use isolux_report::day::{amended, document};
+use isolux_report::day::{DayResults, amended, document};
 use isolux_report::document::Document;
 
 use super::light::light;
@@ -30,23 +30,13 @@ pub fn report(
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<Utf8PathBuf, Failure> {
-    let mut run = record::read_at_rest(folder)?;
-    let requested::OfReport {
-        scene,
-        own_model,
-        subject,
-        limits,
-    } = requested::of_report(folder, job)?;
-    run.header.state(&subject);
-    let reduction = stored::reduction(folder, &run)?;
-    let results = reduce::results_folder(folder, &reduction);
-    let beside = |name: &str| named(&results.join(name), &reduction);
+    let (day_results, results) = of_results(folder, job, progress)?;
+    let reduction = &day_results.reduction;
+    let beside = |name: &str| named(&results.join(name), reduction);
     let own = beside(if pdf { "report.pdf" } else { "report.html" });
     let among_results = !pdf && out.is_none();
-    let out = out.map_or(own, |out| named(out, &reduction));
+    let out = out.map_or(own, |out| named(out, reduction));
     files::refuse_existing(&out, overwrite)?;
-    let mut day_results = light(&results, run, reduction, scene.as_deref(), &limits, progress)?;
-    stored::beside(folder, own_model, &mut day_results)?;
     let document = document(&day_results)?;
     if among_results {
         publish(document, &results, &out, amend, overwrite, progress)?;
@@ -59,6 +49,79 @@ pub fn report(
     }
     files::write(&out, document.html().as_bytes(), overwrite)?;
     Ok(out)
+}
+
+/// Writes the data sheet of a reduced run, as page or as PDF; without `out` beside its results.
+///
+/// # Errors
+/// As [`report`].
+pub fn data_sheet(
+    folder: &Utf8Path,
+    job: Option<&Utf8Path>,
+    out: Option<&Utf8Path>,
+    pdf: bool,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Utf8PathBuf, Failure> {
+    let (day_results, results) = of_results(folder, job, progress)?;
+    let name = if pdf { "data-sheet.pdf" } else { "data-sheet.html" };
+    let out = out.map_or_else(|| results.join(name), Utf8Path::to_owned);
+    let out = named(&out, &day_results.reduction);
+    files::refuse_existing(&out, overwrite)?;
+    let sheet = isolux_report::day::data_sheet(&day_results, &document(&day_results)?);
+    let bytes = if pdf {
+        paper(&sheet, progress)?
+    } else {
+        sheet.html().into_bytes()
+    };
+    files::write(&out, &bytes, overwrite)?;
+    Ok(out)
+}
+
+/// Writes every figure of a report as SVG and PNG, and every table as CSV, into `out`; their number.
+///
+/// # Errors
+/// As [`report`].
+pub fn parts(
+    folder: &Utf8Path,
+    job: Option<&Utf8Path>,
+    out: &Utf8Path,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<usize, Failure> {
+    let (day_results, _) = of_results(folder, job, progress)?;
+    let parts = document(&day_results)?.parts().map_err(Failure::instrument)?;
+    let pending = parts
+        .iter()
+        .map(|part| files::prepare(&out.join(&part.name), &part.bytes, overwrite))
+        .collect::<Result<Vec<_>, _>>()?;
+    files::publish(pending)?;
+    Ok(parts.len())
+}
+
+/// The report of a reduced run as a document.
+///
+/// # Errors
+/// As [`report`].
+pub fn report_document(folder: &Utf8Path, job: Option<&Utf8Path>, progress: &dyn Progress) -> Result<Document, Failure> {
+    document(&of_results(folder, job, progress)?.0).map_err(Failure::bad_input)
+}
+
+/// The results of a reduced run, and the folder where they lie.
+fn of_results(
+    folder: &Utf8Path,
+    job: Option<&Utf8Path>,
+    progress: &dyn Progress,
+) -> Result<(DayResults, Utf8PathBuf), Failure> {
+    let mut run = record::read_at_rest(folder)?;
+    let requested = requested::of_report(folder, job)?;
+    run.header.state(&requested.subject);
+    let reduction = stored::reduction(folder, &run)?;
+    let results = reduce::results_folder(folder, &reduction);
+    let scene = requested.scene.as_deref();
+    let mut day_results = light(&results, run, reduction, scene, &requested.wanted, progress)?;
+    stored::beside(folder, requested.own_model, &mut day_results)?;
+    Ok((day_results, results))
 }
 
 /// Makes the PDF beside a page again, where there is one: it would be of other results than the page. Where it may not
@@ -96,6 +159,9 @@ pub(crate) fn paper(document: &Document, progress: &dyn Progress) -> Result<Vec<
             "the PDF shows ? for {letters}: no font of this system has them; install one, or use the HTML report"
         );
         progress.event(Event::Note(&note));
+    }
+    if let Some(why) = &paper.not_archival {
+        progress.event(Event::Note(&format!("the PDF is not PDF/A-2a and PDF/UA-1: {why}")));
     }
     Ok(paper.bytes)
 }

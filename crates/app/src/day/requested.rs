@@ -3,7 +3,9 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Conditions, Job, Requirements, RunHeader, Station, Subject};
+use isolux_record::{Conditions, Job, Layout, Requirements, RunHeader, Station, Subject};
+use isolux_report::clothes::{self, Clothes};
+use isolux_report::day::DayLayout;
 use isolux_sim::simulation::Facts;
 use isolux_virtual::twins::Choice;
 use serde::de::DeserializeOwned;
@@ -104,6 +106,13 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
             name
         });
     });
+    let mut layout = job.layout().clone();
+    for (key, path) in layout.files() {
+        // Names of their own, whatever they were called.
+        let end = path.extension().unwrap_or("css");
+        let name = format!("{}.{end}", key.replace('.', "-"));
+        taken.push((std::mem::replace(path, Utf8PathBuf::from(&name)), name));
+    }
     let mut kept: Vec<(String, Vec<u8>)> = Vec::new();
     for (from, name) in taken {
         kept.push((name, files::read(&from)?));
@@ -137,6 +146,10 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
         let requirements = Value::try_from(job.requirements()).map_err(Failure::bad_input)?;
         document.insert("requirements".into(), requirements);
     }
+    if !layout.is_empty() {
+        let layout = Value::try_from(&layout).map_err(Failure::bad_input)?;
+        document.insert("layout".into(), layout);
+    }
     // job.toml last: a folder with it holds what it names.
     kept.push(("job.toml".to_owned(), text(&document.into())?.into_bytes()));
     let sums = record::sums(kept.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -166,22 +179,28 @@ pub(crate) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     Err(unknown(day).help(format!("give the job: isolux run JOB --resume {day}")))
 }
 
-/// By what a day is judged.
+/// By what a day is judged, and how its report looks.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Limits {
-    /// Limits of its conditions.
+pub(crate) struct Wanted {
+    /// Wanted of its conditions.
     pub conditions: Conditions,
     /// What the luminaire has to keep.
     pub requirements: Requirements,
+    /// The look of its report.
+    pub layout: DayLayout,
 }
 
-impl Limits {
+impl Wanted {
     /// Those of a job.
-    pub(crate) fn of(job: &Job) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for a picture or a style sheet that cannot be read.
+    pub(crate) fn of(job: &Job) -> Result<Self, Failure> {
+        Ok(Self {
             conditions: job.conditions().clone(),
             requirements: job.requirements().clone(),
-        }
+            layout: look(job.layout())?,
+        })
     }
 
     /// Those of the built-in virtual darkroom: what `isolux init` writes.
@@ -196,9 +215,32 @@ impl Limits {
         let shipped: Shipped = toml::from_str(&init::conditions()).map_err(Failure::instrument)?;
         Ok(Self {
             conditions: shipped.conditions,
-            requirements: Requirements::default(),
+            ..Self::default()
         })
     }
+}
+
+/// A layout with the files that it names.
+fn look(layout: &Layout) -> Result<DayLayout, Failure> {
+    let picture = |file: &Option<Utf8PathBuf>| -> Result<Option<String>, Failure> {
+        let Some(file) = file else { return Ok(None) };
+        let made = clothes::picture(&files::read(file)?);
+        made.map(Some)
+            .map_err(|wrong| Failure::bad_input(format!("{file}: {wrong}")))
+    };
+    let style = layout.style.as_ref().map_or(Ok(Vec::new()), |file| files::read(file))?;
+    let clothes = Clothes {
+        logo: picture(&layout.logo)?,
+        accreditation_mark: picture(&layout.accreditation_mark)?,
+        address: layout.address.clone(),
+        style: String::from_utf8(style).map_err(|error| Failure::bad_input(format!("layout.style: {error}")))?,
+    };
+    Ok(DayLayout {
+        language: layout.language.unwrap_or_default(),
+        clothes,
+        sections: layout.sections.clone(),
+        data_sheet: layout.data_sheet,
+    })
 }
 
 /// What a report takes from the job of its day.
@@ -211,7 +253,7 @@ pub(crate) struct OfReport {
     /// What was measured and for whom, where that is known better than the record knows it.
     pub subject: Subject,
     /// By what the day is judged.
-    pub limits: Limits,
+    pub wanted: Wanted,
 }
 
 /// What a report of `day` takes from its job.
@@ -225,7 +267,7 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
             scene: Some(job.scene().to_owned()),
             own_model: job.diagnose().is_some(),
             subject: job.subject().clone(),
-            limits: Limits::of(&job),
+            wanted: Wanted::of(&job)?,
         });
     }
     let folder = day.join(FOLDER);
@@ -247,22 +289,29 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
             subject: subject
                 .try_into()
                 .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?,
-            limits: Limits {
+            wanted: Wanted {
                 conditions: part(&table, "conditions", &file)?,
                 requirements: part(&table, "requirements", &file)?,
+                layout: {
+                    let mut layout: Layout = part(&table, "layout", &file)?;
+                    for (_, path) in layout.files() {
+                        *path = folder.join(&*path);
+                    }
+                    look(&layout)?
+                },
             },
         });
     }
     if day.join("results/result.json").is_file() && !built_in(day)? {
         return Err(unknown(day).help(format!("give the job: isolux report {day} --job JOB --out FILE")));
     }
-    let limits = if on_built_in_bench(day)? {
-        Limits::built_in()?
+    let wanted = if on_built_in_bench(day)? {
+        Wanted::built_in()?
     } else {
-        Limits::default()
+        Wanted::default()
     };
     Ok(OfReport {
-        limits,
+        wanted,
         ..OfReport::default()
     })
 }

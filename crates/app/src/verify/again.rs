@@ -225,7 +225,7 @@ fn beyond(
                 && requested::on_built_in_bench(&run.path).unwrap_or_default() =>
         {
             requested::OfReport {
-                limits: requested::Limits::built_in().unwrap_or_default(),
+                wanted: requested::Wanted::built_in().unwrap_or_default(),
                 ..requested::OfReport::default()
             }
         }
@@ -241,7 +241,7 @@ fn beyond(
             run.clone(),
             reduction,
             scene,
-            &requested.limits,
+            &requested.wanted,
             Overwrite::Force,
             progress,
         )
@@ -259,7 +259,7 @@ fn beyond(
             }
         })
     } else {
-        day::light::light(at, run.clone(), reduction, scene, &requested.limits, progress)
+        day::light::light(at, run.clone(), reduction, scene, &requested.wanted, progress)
     };
     let reported = made.and_then(|mut day_results| {
         if again.left_out.iter().any(|(start, _)| *start == "report") {

@@ -25,6 +25,12 @@ pub struct Report {
     /// The job of a day that does not hold its own.
     #[arg(long)]
     job: Option<Utf8PathBuf>,
+    /// The data sheet of one page in place of the report.
+    #[arg(long, conflicts_with_all = ["amend", "parts"])]
+    data_sheet: bool,
+    /// A folder for every figure as SVG and PNG and every table as CSV, in place of the report.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["amend", "out", "pdf"])]
+    parts: Option<Utf8PathBuf>,
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
@@ -39,6 +45,14 @@ pub fn run(arguments: &Report) -> Result<(), Failure> {
     let job = arguments.job.as_deref();
     let progress = screen::Bars::default();
     let out = arguments.out.as_deref();
+    if let Some(folder) = &arguments.parts {
+        let count = day::parts(&arguments.run, job, folder, overwrite, &progress)?;
+        return screen::say(format_args!("{count} files in {folder}"));
+    }
+    if arguments.data_sheet {
+        let out = day::data_sheet(&arguments.run, job, out, arguments.pdf, overwrite, &progress)?;
+        return screen::say(out);
+    }
     let amend = arguments.amend.as_deref();
     let out = day::report(&arguments.run, job, out, arguments.pdf, amend, overwrite, &progress)?;
     screen::say(out)?;

@@ -6,7 +6,7 @@ use isolux_record::disk::sha256;
 use super::results::DayResults;
 
 /// Files of the results with what they are.
-const FILES: [(&str, &str); 16] = [
+const FILES: [(&str, &str); 18] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
     (
@@ -24,6 +24,8 @@ const FILES: [(&str, &str); 16] = [
     ("result.json", "numbers of the simulation"),
     ("budget.json", "the uncertainty, part by part"),
     ("conformity.json", "conditions, requirements and checklist as judged"),
+    ("data-sheet.html", "the data sheet"),
+    ("data-sheet.pdf", "the data sheet on paper"),
     ("comparison.json", "the axis at the short distance"),
     ("provenance.json", "what was measured, with what, by which program"),
 ];

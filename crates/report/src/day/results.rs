@@ -4,11 +4,12 @@ use camino::Utf8PathBuf;
 use isolux_conformity::Conformity;
 use isolux_diagnose::on_axis::Comparison;
 use isolux_model::Scene;
-use isolux_record::Run;
+use isolux_record::{Language, Run};
 use isolux_reduce::Reduction;
 use isolux_sim::simulation::Simulation;
 use isolux_spectrum::Quantities;
 
+use crate::clothes::Clothes;
 use crate::sensor::mean;
 
 /// Computed from the record.
@@ -29,12 +30,27 @@ pub struct DayResults {
     pub comparison: Option<Comparison>,
     /// Conditions and requirements as they were judged, and what the report has to state.
     pub conformity: Conformity,
+    /// How the report looks.
+    pub layout: DayLayout,
     /// What the diagnosis says.
     pub diagnosis: Option<Diagnosed>,
     /// Why there is none, where one was tried and failed.
     pub undiagnosed: Option<String>,
     /// Files of `results/` that are of another reduction.
     pub stale: Vec<&'static str>,
+}
+
+/// How a report looks.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct DayLayout {
+    /// Its language.
+    pub language: Language,
+    /// Whose it is.
+    pub clothes: Clothes,
+    /// Its sections by name, in order; none: all of them.
+    pub sections: Option<Vec<String>>,
+    /// Whether a data sheet is made too.
+    pub data_sheet: bool,
 }
 
 /// What the diagnosis of the day says.

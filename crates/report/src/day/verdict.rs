@@ -81,7 +81,7 @@ fn tile(name: &str, quantity: &Quantity) -> Tile {
     }
 }
 
-fn tiles(day_results: &DayResults) -> Vec<Tile> {
+pub fn tiles(day_results: &DayResults) -> Vec<Tile> {
     let reduction = &day_results.reduction;
     let plain = |name: &str, value: String, note: &str| Tile {
         name: name.to_owned(),

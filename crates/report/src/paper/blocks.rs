@@ -1,37 +1,106 @@
 //! What each block of a report looks like on paper.
 
-use super::piece::{BODY, CELL, Ink, Item, LEFT, Measure, Piece, SMALL, Style, WIDTH, fitted, style, text, wrapped};
+use std::cell::Cell;
+
+use super::piece::{
+    BODY, CELL, Ink, Item, Kind, LEFT, Measure, Of, Piece, SMALL, Style, WIDTH, fitted, in_part, style, text, wrapped,
+};
 use crate::document::{Block, Document, Figure, Section};
 use crate::html::Tile;
 
 /// Sets the parts of a report as pieces.
 pub(super) struct Layout<'a> {
     pub fonts: &'a dyn Measure,
+    blocks: Cell<usize>,
+}
+
+impl<'a> Layout<'a> {
+    pub fn new(fonts: &'a dyn Measure) -> Self {
+        Self {
+            fonts,
+            blocks: Cell::new(0),
+        }
+    }
 }
 
 impl Layout<'_> {
+    /// A number that no block has yet.
+    pub fn next(&self) -> usize {
+        self.blocks.set(self.blocks.get() + 1);
+        self.blocks.get()
+    }
+
+    /// The place of a block of its own.
+    pub fn own(&self, kind: Kind) -> Option<Of> {
+        Some(Of {
+            block: self.next(),
+            kind,
+        })
+    }
+
     pub fn title(&self, document: &Document) -> Vec<Piece> {
-        let mut piece = Piece {
-            with_next: true,
-            ..Piece::default()
-        };
-        for (words, style) in [
-            (&document.title, style(18.0, true, Ink::Text)),
-            (&document.subtitle, style(9.0, false, Ink::Muted)),
+        let mut pieces: Vec<Piece> = self.clothes(document).into_iter().collect();
+        for (words, style, kind) in [
+            (&document.title, style(18.0, true, Ink::Text), Kind::Heading(1)),
+            (&document.subtitle, style(9.0, false, Ink::Muted), Kind::Paragraph),
         ] {
+            let mut piece = Piece {
+                with_next: true,
+                of: self.own(kind),
+                ..Piece::default()
+            };
             for line in wrapped(words, WIDTH, style, self.fonts) {
                 piece.height += 1.25 * style.size;
                 piece
                     .items
                     .push(text(LEFT, piece.height - 0.3 * style.size, style, line));
             }
+            pieces.push(piece);
         }
-        vec![piece]
+        pieces
+    }
+
+    /// Logo at the left, address, mark of accreditation at the right.
+    fn clothes(&self, document: &Document) -> Option<Piece> {
+        const TALL: f32 = 42.0;
+        let clothes = &document.clothes;
+        let mut items = Vec::new();
+        let mut fit = |svg: &Option<String>, caption: &str, part: usize| {
+            let svg = svg.as_ref()?;
+            let (w, h) = extent(svg);
+            let scale = (TALL / h).min(0.3 * WIDTH / w);
+            let x = if part == 0 { LEFT } else { LEFT + WIDTH - w * scale };
+            items.push(Item::Picture {
+                at: [x, 0.0, w * scale, h * scale],
+                svg: svg.clone(),
+                caption: caption.to_owned(),
+                part,
+            });
+            Some(w * scale + 12.0)
+        };
+        let left = fit(&clothes.logo, "logo", 0);
+        let right = fit(&clothes.accreditation_mark, "accreditation", 2);
+        let x = LEFT + left.unwrap_or(0.0);
+        let room = WIDTH - left.unwrap_or(0.0) - right.unwrap_or(0.0);
+        let mut y = 0.0;
+        for line in &clothes.address {
+            for line in wrapped(line, room, SMALL, self.fonts) {
+                y += 1.3 * SMALL.size;
+                items.push(in_part(text(x, y, SMALL, line), 1));
+            }
+        }
+        let pictures: f32 = if left.is_some() || right.is_some() { TALL } else { 0.0 };
+        (!items.is_empty()).then(|| Piece {
+            items,
+            of: self.own(Kind::Figures),
+            height: y.max(pictures) + 10.0,
+            ..Piece::default()
+        })
     }
 
     pub fn section(&self, section: &Section, pieces: &mut Vec<Piece>) {
         if !section.heading.is_empty() {
-            pieces.push(self.heading(&section.heading, style(13.0, true, Ink::Text), 18.0, true));
+            pieces.push(self.heading(&section.heading, style(13.0, true, Ink::Text), 18.0, 2));
         }
         for block in &section.blocks {
             self.block(block, pieces);
@@ -42,9 +111,9 @@ impl Layout<'_> {
         }
     }
 
-    fn heading(&self, words: &str, style: Style, above: f32, rule: bool) -> Piece {
+    fn heading(&self, words: &str, style: Style, above: f32, level: u16) -> Piece {
         let mut items = vec![text(LEFT, style.size, style, fitted(words, WIDTH, style, self.fonts))];
-        if rule {
+        if level == 2 {
             items.push(Item::Box {
                 at: [LEFT, style.size + 4.0, WIDTH, 0.6],
                 ink: Ink::Line,
@@ -52,6 +121,7 @@ impl Layout<'_> {
         }
         Piece {
             items,
+            of: self.own(Kind::Heading(level)),
             height: style.size + 9.0,
             above,
             with_next: true,
@@ -62,13 +132,13 @@ impl Layout<'_> {
     fn block(&self, block: &Block, pieces: &mut Vec<Piece>) {
         match block {
             Block::Paragraph(words) => self.paragraph(words, BODY, pieces),
-            Block::Subheading(words) => pieces.push(self.heading(words, style(10.0, true, Ink::Text), 10.0, false)),
+            Block::Subheading(words) => pieces.push(self.heading(words, style(10.0, true, Ink::Text), 10.0, 3)),
             Block::Verdict(words, good) => pieces.push(self.verdict(words, *good)),
             Block::Tiles(tiles) => self.tiles(tiles, pieces),
             Block::ReportTable(table) => self.table(table, pieces),
             Block::Figures(figures) => self.figures(figures, pieces),
             Block::Details(summary, lines) => {
-                pieces.push(self.heading(summary, style(9.0, true, Ink::Muted), 6.0, false));
+                pieces.push(self.heading(summary, style(9.0, true, Ink::Muted), 6.0, 3));
                 for line in lines {
                     self.paragraph(line, SMALL, pieces);
                 }
@@ -86,9 +156,11 @@ impl Layout<'_> {
     fn paragraph(&self, words: &str, style: Style, pieces: &mut Vec<Piece>) {
         let lines = wrapped(words, WIDTH, style, self.fonts);
         let count = lines.len();
+        let of = self.own(Kind::Paragraph);
         for (place, line) in lines.into_iter().enumerate() {
             pieces.push(Piece {
                 items: vec![text(LEFT, style.size, style, line)],
+                of,
                 height: 1.35 * style.size,
                 above: if place == 0 { 0.45 * style.size } else { 0.0 },
                 with_next: place + 1 < count && (place == 0 || place + 2 == count),
@@ -116,6 +188,7 @@ impl Layout<'_> {
         }
         Piece {
             items,
+            of: self.own(Kind::Paragraph),
             height,
             above: 6.0,
             ..Piece::default()
@@ -137,7 +210,7 @@ impl Layout<'_> {
                 for (words, style) in [(&tile.name, name), (&tile.value, value), (&tile.note, name)] {
                     for line in wrapped(words, width - 12.0, style, self.fonts) {
                         y += 1.25 * style.size;
-                        items.push(text(x, y - 0.2 * style.size, style, line));
+                        items.push(in_part(text(x, y - 0.2 * style.size, style, line), place));
                     }
                 }
                 tallest = tallest.max(y + 5.0);
@@ -155,6 +228,7 @@ impl Layout<'_> {
             }
             pieces.push(Piece {
                 items,
+                of: self.own(Kind::Paragraphs),
                 height: tallest + 1.0,
                 above: 7.0,
                 ..Piece::default()
@@ -186,16 +260,19 @@ impl Layout<'_> {
                 items.push(Item::Picture {
                     at: [x, tallest - h, w, h],
                     svg: figure.svg.clone(),
+                    caption: figure.caption.clone(),
+                    part: place,
                 });
                 let mut y = tallest + 2.0;
                 for line in wrapped(&figure.caption, width, SMALL, self.fonts) {
                     y += 1.3 * SMALL.size;
-                    items.push(text(x, y, SMALL, line));
+                    items.push(in_part(text(x, y, SMALL, line), place));
                 }
                 height = height.max(y + 3.0);
             }
             pieces.push(Piece {
                 items,
+                of: self.own(Kind::Figures),
                 height,
                 above: 8.0,
                 ..Piece::default()

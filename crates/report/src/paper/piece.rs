@@ -52,6 +52,8 @@ pub enum Item {
         style: Style,
         /// What it says.
         text: String,
+        /// Which part of what it belongs to it is of: the column of a row, the tile, the picture.
+        part: usize,
     },
     /// A filled rectangle: rules are thin ones.
     Box {
@@ -66,7 +68,51 @@ pub enum Item {
         at: [f32; 4],
         /// Its SVG.
         svg: String,
+        /// What a reader should see in it.
+        caption: String,
+        /// As that of a text.
+        part: usize,
     },
+}
+
+/// What a thing on a page is to a reader who does not see the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A heading of this level, from 1.
+    Heading(u16),
+    /// Lines of text.
+    Paragraph,
+    /// Paragraphs beside each other, one a part.
+    Paragraphs,
+    /// Pictures beside each other, each a part with its caption.
+    Figures,
+    /// A row of a table, one cell a part.
+    Row {
+        /// Whether it names the columns.
+        head: bool,
+        /// Whether its first cell names the row.
+        named: bool,
+        /// Which table it is of.
+        table: usize,
+    },
+}
+
+/// Where a thing belongs: things of one block have one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Of {
+    /// The block.
+    pub block: usize,
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// A thing on a page and where it belongs; none for what only decorates or repeats.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placed {
+    /// The thing.
+    pub item: Item,
+    /// Where it belongs.
+    pub of: Option<Of>,
 }
 
 /// Widths of letters, as the fonts have them.
@@ -87,6 +133,8 @@ pub const CELL: Style = style(8.0, false, Ink::Text);
 #[derive(Debug, Clone, Default)]
 pub struct Piece {
     pub items: Vec<Item>,
+    /// Where its texts and pictures belong.
+    pub of: Option<Of>,
     pub height: f32,
     /// Room left free above, not at the top of a page.
     pub above: f32,
@@ -102,7 +150,16 @@ pub fn text(x: f32, y: f32, style: Style, text: impl Into<String>) -> Item {
         y,
         style,
         text: text.into(),
+        part: 0,
     }
+}
+
+/// The same as a part of its block.
+pub fn in_part(mut item: Item, of: usize) -> Item {
+    if let Item::Text { part, .. } | Item::Picture { part, .. } = &mut item {
+        *part = of;
+    }
+    item
 }
 
 /// The text, cut with an ellipsis where it is wider.

@@ -1,7 +1,7 @@
 //! Tables on paper: how wide each column is, and its rows.
 
 use super::blocks::Layout;
-use super::piece::{CELL, Ink, Item, LEFT, Piece, Style, WIDTH, style, text, wrapped};
+use super::piece::{CELL, Ink, Item, Kind, LEFT, Piece, Style, WIDTH, in_part, style, text, wrapped};
 use crate::document::ReportTable;
 
 /// Room between columns.
@@ -25,11 +25,17 @@ impl Layout<'_> {
         let cell = Style { size, ..CELL };
         let widths = self.widths(table, columns, cell);
         let head_style = style(size - 0.5, true, Ink::Muted);
+        let number = self.next();
         let head =
             (!table.head.is_empty()).then(|| Box::new(self.row(&table.head, &widths, head_style, table.numbers)));
         let mut first = true;
         for cells in &table.rows {
             let mut piece = self.row(cells, &widths, cell, table.numbers);
+            piece.of = self.own(Kind::Row {
+                head: false,
+                named: table.head.is_empty() || table.numbers,
+                table: number,
+            });
             if table.head.is_empty()
                 && let Some(Item::Text { style, .. }) = piece.items.first_mut()
             {
@@ -38,6 +44,11 @@ impl Layout<'_> {
             if let (true, Some(head)) = (first, &head) {
                 let mut head = (**head).clone();
                 (head.above, head.with_next) = (7.0, true);
+                head.of = self.own(Kind::Row {
+                    head: true,
+                    named: false,
+                    table: number,
+                });
                 pieces.push(head);
             } else {
                 piece.head.clone_from(&head);
@@ -91,7 +102,8 @@ impl Layout<'_> {
             for (place, line) in wrapped.into_iter().enumerate() {
                 let right = width - self.fonts.width(&line, style);
                 let at = if numbers && column > 0 { x + right } else { x };
-                items.push(text(at, style.size + 1.5 + step * place as f32, style, line));
+                let line = text(at, style.size + 1.5 + step * place as f32, style, line);
+                items.push(in_part(line, column));
             }
             x += width + GAP;
         }

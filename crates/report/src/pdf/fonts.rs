@@ -7,7 +7,7 @@ use krilla::text::Font;
 use usvg::fontdb::{Database, FaceInfo, Style as Slant};
 
 use super::PdfError;
-use crate::paper::{Item, Measure, Style};
+use crate::paper::{Item, Measure, Placed, Style};
 
 const REGULAR: &[u8] = include_bytes!("../../fonts/LiberationSans-Regular.ttf");
 const BOLD: &[u8] = include_bytes!("../../fonts/LiberationSans-Bold.ttf");
@@ -52,9 +52,14 @@ impl Fonts {
         &self.svg
     }
 
+    /// The same, of fonts that are not needed any more.
+    pub fn into_svg(self) -> usvg::Options<'static> {
+        self.svg
+    }
+
     /// Letters on these pages, pictures included, that no font here has.
-    pub fn unknown(&self, pages: &[Vec<Item>]) -> BTreeSet<char> {
-        let texts = pages.iter().flatten().filter_map(|item| match item {
+    pub fn unknown(&self, pages: &[Vec<Placed>]) -> BTreeSet<char> {
+        let texts = pages.iter().flatten().filter_map(|placed| match &placed.item {
             Item::Text { text, .. } => Some(text),
             Item::Picture { svg, .. } => Some(svg),
             Item::Box { .. } => None,
@@ -234,12 +239,14 @@ mod tests {
         let runs: Vec<String> = fonts.runs("a照b", PLAIN).into_iter().map(|(_, words)| words).collect();
         assert_eq!(runs, ["a", "照", "b"]);
         assert_eq!(fonts.width_of("a照b", PLAIN), fonts.width_of("ab", PLAIN) + 10.0);
-        let page = vec![Item::Text {
+        let item = Item::Text {
             x: 0.0,
             y: 0.0,
             style: PLAIN,
             text: "a照\u{e123}".to_owned(),
-        }];
+            part: 0,
+        };
+        let page = vec![Placed { item, of: None }];
         assert_eq!(fonts.unknown(&[page]), BTreeSet::from(['\u{e123}']));
     }
 }

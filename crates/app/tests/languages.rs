@@ -1,0 +1,30 @@
+//! The report of a day in other languages.
+
+use camino::Utf8Path;
+use isolux_app::day::{self, Options};
+use isolux_app::front_end::control::Control;
+use isolux_app::front_end::progress::Silent;
+use isolux_record::Language;
+
+/// Every text of the report of the built-in day has its German and French; `ISOLUX_TEXTS=FILE` writes those that lack.
+#[test]
+fn every_text_of_a_day_is_translated() {
+    let keep = tempfile::tempdir().unwrap();
+    let folder = Utf8Path::from_path(keep.path()).unwrap().join("day");
+    let options = Options {
+        out: Some(folder.clone()),
+        ..Options::default()
+    };
+    day::run(&options, None, &Control::default(), &Silent).unwrap();
+    let mut document = day::report_document(&folder, None, &Silent).unwrap();
+    for language in [Language::De, Language::Fr] {
+        document.language = language;
+        let lacking = document.untranslated();
+        if let Some(file) = std::env::var_os("ISOLUX_TEXTS") {
+            std::fs::write(file, lacking.join("\n")).unwrap();
+        }
+        assert!(lacking.is_empty(), "{language:?} lacks {} texts: {lacking:#?}", lacking.len());
+        let paper = document.pdf().unwrap();
+        assert_eq!((paper.unknown.len(), paper.not_archival), (0, None));
+    }
+}
