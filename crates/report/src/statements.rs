@@ -11,6 +11,7 @@ impl Document {
         let mut all = Statements::default();
         all.add(&["title"], &self.title);
         all.add(&["subtitle"], &self.subtitle);
+        all.add(&["language"], self.language.code());
         for section in &self.sections {
             let mut below = "";
             for block in &section.blocks {
@@ -96,6 +97,7 @@ mod tests {
             ("Flux · Zones · 30° · lm", "12"),
             ("Flux · Zones · 30° · lm (2)", "13"),
             ("Flux · maker", "ACME"),
+            ("language", "en"),
             ("subtitle", ""),
             ("title", "Lamp"),
         ];

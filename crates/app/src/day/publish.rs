@@ -63,14 +63,6 @@ pub(crate) fn publish(
         progress.event(Event::Note(&note));
     }
     let document = amended(document, &all);
-    let lacking = document.untranslated();
-    if let Some(first) = lacking.first() {
-        let note = format!(
-            "{} texts of the report stay English, such as “{first}”: no translation is known",
-            lacking.len()
-        );
-        progress.event(Event::Note(&note));
-    }
     let text = serde_json::to_string_pretty(&stated).map_err(Failure::instrument)? + "\n";
     let force = if page.exists() { Overwrite::Force } else { overwrite };
     files::write(&results.join(STATEMENTS), text.as_bytes(), Overwrite::Force)?;

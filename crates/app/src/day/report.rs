@@ -103,7 +103,11 @@ pub fn parts(
 ///
 /// # Errors
 /// As [`report`].
-pub fn report_document(folder: &Utf8Path, job: Option<&Utf8Path>, progress: &dyn Progress) -> Result<Document, Failure> {
+pub fn report_document(
+    folder: &Utf8Path,
+    job: Option<&Utf8Path>,
+    progress: &dyn Progress,
+) -> Result<Document, Failure> {
     document(&of_results(folder, job, progress)?.0).map_err(Failure::bad_input)
 }
 
