@@ -91,7 +91,7 @@ pub const LUMINAIRE_KEYS: [Key; 9] = [
     key("driver", "control gear and dimming", 200),
     key("burning_position", "burning position", 200),
     key("hours_run", "hours run before", 200),
-    key("rated", "rated voltage, current, power", 200),
+    key("rated", "rated electrical values", 200),
 ];
 
 /// Keys of `[report]`. The number shares a line of EULUMDAT with the distance.

@@ -214,6 +214,8 @@ mod tests {
         picture.text((20.0, 50.0), Anchor::Start, "#000000", "I in cd");
         let mut section = Section::new("Flux");
         section.paragraph(words);
+        section.table(&["γ", "I"], vec![vec!["0°".to_owned(), "1".to_owned()]]);
+        section.facts(vec![("maker".to_owned(), "ACME".to_owned())]);
         section.figures([(picture.finish(), "a picture")]);
         Document {
             title: "Lamp".to_owned(),
@@ -231,6 +233,23 @@ mod tests {
         assert_eq!(first.unknown, BTreeSet::new());
         assert_eq!(first.not_archival, None);
         assert_eq!(document(words).pdf().unwrap().bytes, first.bytes);
+        // What a reader who does not see the page hears of it, and that it is for archives.
+        let holds = |part: &str| first.bytes.windows(part.len()).any(|found| found == part.as_bytes());
+        for part in [
+            "/H1",
+            "/H2",
+            "/THead",
+            "/TH",
+            "/TD",
+            "/Scope/Row",
+            "/Scope/Column",
+            "/Figure",
+            "/Alt(a picture)",
+            "pdfuaid:part",
+            "pdfaid:part",
+        ] {
+            assert!(holds(part), "{part}");
+        }
         // A letter of no writing system: no font has it.
         assert_eq!(
             document("\u{e123}").pdf().unwrap().unknown,

@@ -28,7 +28,8 @@ struct Block {
 #[derive(Default)]
 pub(super) struct Tags {
     blocks: Vec<Block>,
-    outline: Vec<(u16, String, usize, f32)>,
+    /// Block, level, page and height of every heading.
+    headings: Vec<(usize, u16, usize, f32)>,
 }
 
 impl Tags {
@@ -41,6 +42,7 @@ impl Tags {
                 parts: Vec::new(),
             });
         }
+        let number = self.blocks.len() - 1;
         let Some(block) = self.blocks.last_mut() else { return };
         let (Item::Text { part, .. } | Item::Picture { part, .. }) = item else {
             return;
@@ -54,7 +56,7 @@ impl Tags {
                 block.parts[*part].lines.push(identifier);
                 if let Kind::Heading(level) = of.kind {
                     if block.words.is_empty() {
-                        self.outline.push((level, text.clone(), page, y - style.size));
+                        self.headings.push((number, level, page, y - style.size));
                     } else {
                         block.words.push(' ');
                     }
@@ -68,9 +70,10 @@ impl Tags {
     /// The headings of sections, as bookmarks.
     pub fn outline(&self) -> Outline {
         let mut outline = Outline::new();
-        for (_, words, page, y) in self.outline.iter().filter(|(level, ..)| *level <= 2) {
+        for (block, _, page, y) in self.headings.iter().filter(|(_, level, ..)| *level <= 2) {
+            let Some(block) = self.blocks.get(*block) else { continue };
             let there = XyzDestination::new(*page, Point::from_xy(0.0, y.max(0.0)));
-            outline.push_child(OutlineNode::new(words.clone(), there));
+            outline.push_child(OutlineNode::new(block.words.clone(), there));
         }
         outline
     }
