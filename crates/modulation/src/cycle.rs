@@ -86,8 +86,10 @@ pub(crate) struct Denoised {
 impl Denoised {
     /// Of whole periods of `frequency_hz`, where it is known. `noise_rel` is that of one sample.
     pub(crate) fn of(samples: &[f64], rate_hz: f64, frequency_hz: Option<f64>, noise_rel: f64) -> Self {
+        let periods = frequency_hz.map_or(0.0, |frequency_hz| {
+            (samples.len() as f64 / rate_hz * frequency_hz + 1e-6).floor()
+        });
         let whole = frequency_hz.map_or(samples.len(), |frequency_hz| {
-            let periods = (samples.len() as f64 / rate_hz * frequency_hz + 1e-6).floor();
             ((periods / frequency_hz * rate_hz).round() as usize).clamp(1, samples.len())
         });
         let samples = &samples[..whole];
@@ -97,9 +99,14 @@ impl Denoised {
         // |X|² of a bin of noise has the mean N σ² and an exponential distribution.
         let least = whole as f64 * noise_rel * noise_rel * (0.5 * whole as f64 / FALSE_ALARM).ln();
         let least = least.max((0.5 * NOTHING * whole as f64).powi(2));
+        // Harmonics stay however weak they are: a sharp turn of the light is made of many weak ones.
+        let harmonic = |bin: usize| {
+            let cycles = transform::cycles(bin, whole).abs();
+            periods > 0.0 && cycles > 0.5 * periods && (cycles - (cycles / periods).round() * periods).abs() <= 1.0
+        };
         let mut kept = 0_usize;
-        for bin in bins.iter_mut().skip(1) {
-            if bin.norm_sqr() > least {
+        for (place, bin) in bins.iter_mut().enumerate().skip(1) {
+            if bin.norm_sqr() > least || (harmonic(place) && noise_rel > 0.0) {
                 kept += 1;
             } else {
                 *bin = Complex::new(0.0, 0.0);

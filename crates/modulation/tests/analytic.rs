@@ -130,8 +130,15 @@ fn depth_index_and_frequency_have_closed_forms() {
 #[test]
 fn the_uncertainty_covers_what_noise_does() {
     let (rate_hz, draws) = (8e3, 60);
-    let light = |t_s: f64| sine(0.3, 100.3)(t_s) + 0.05 * (TAU * 310.0 * t_s).sin();
-    let truth = seen(&record(rate_hz, 3.0, light));
+    let soft = |t_s: f64| sine(0.3, 100.3)(t_s) + 0.05 * (TAU * 310.0 * t_s).sin();
+    // Its turns at the bottom are sharp.
+    let sharp = |t_s: f64| 0.6 + 0.7 * (PI * 100.3 * t_s).sin().abs();
+    covered(rate_hz, draws, soft);
+    covered(rate_hz, draws, sharp);
+}
+
+fn covered(rate_hz: f64, draws: u64, light: impl Fn(f64) -> f64) {
+    let truth = seen(&record(rate_hz, 3.0, &light));
     let of = |seen: &Modulation| {
         [
             seen.modulation_depth.clone(),

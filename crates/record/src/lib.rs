@@ -29,7 +29,7 @@ mod table;
 pub use distance_class::{DistanceClass, apart_from_mm, seen_under_deg};
 pub use event::{BenchState, Event, Logged};
 pub use isolux_document::{self as document, DocumentError, file};
-pub use job::Job;
+pub use job::{Job, LightModulation};
 pub use limits::Limits;
 pub use plan::Plan;
 pub use reading::{Electrical, Quality, Reading, ReadingKind, Role, UnknownWord};

@@ -39,6 +39,7 @@ fn report(folder: &Utf8Path, rows: Vec<Reading>) -> Result<Document, String> {
         comparison: None,
         diagnosis: None,
         undiagnosed: None,
+        light_modulation: None,
         stale: Vec::new(),
     })
     .map_err(|error| error.to_string())

@@ -299,5 +299,8 @@ fn waveforms() -> Vec<Vec<u8>> {
     wave.extend(4000_u32.to_le_bytes());
     wave.extend(b"\x02\x00\x10\x00data\xc8\x00\x00\x00");
     wave.extend((0..100).flat_map(|k| (value(k) as i16).to_le_bytes()));
-    vec![format!("# range = -1 2000\ntime_ms,value_mV\n{text}").into_bytes(), wave]
+    vec![
+        format!("# range = -1 2000\ntime_ms,value_mV\n{text}").into_bytes(),
+        wave,
+    ]
 }

@@ -199,7 +199,13 @@ fn no_driver_reaches_the_model_and_the_darkroom_shares_no_physics() {
         );
     }
     // The other way round: the diagnosis and its physics may not look at the truth, not even in their tests.
-    for name in ["isolux-model", "isolux-sim", "isolux-diagnose", "isolux-reduce", "isolux-modulation"] {
+    for name in [
+        "isolux-model",
+        "isolux-sim",
+        "isolux-diagnose",
+        "isolux-reduce",
+        "isolux-modulation",
+    ] {
         let Some(package) = workspace.member(name) else {
             continue;
         };

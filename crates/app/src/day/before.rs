@@ -8,12 +8,13 @@ use isolux_spectrum::Spectrum;
 
 use crate::diagnosis::diagnose;
 use crate::files::Overwrite;
+use crate::modulation;
 use crate::run::record;
 use crate::simulation::{scene, simulate};
 use crate::{Failure, scan};
 
-/// Checks the station, the plan and what it gives, the scene with the files that it names, and the model and
-/// observations of the diagnosis. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
+/// Checks the station, the plan and what it gives, the scene with the files that it names, the model and
+/// observations of the diagnosis, and the record of the light over time. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
 /// record says what was planned.
 ///
 /// # Errors
@@ -34,6 +35,9 @@ pub(super) fn check(job: &Job, scanned: Option<&Utf8Path>, attended: bool) -> Re
     })?;
     if let Some(request) = super::requested::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
         diagnose::check(&request)?;
+    }
+    if let Some(light) = job.light_modulation() {
+        modulation::of(light)?;
     }
     Ok(())
 }

@@ -57,6 +57,7 @@ pub(crate) fn light(
         comparison,
         diagnosis: None,
         undiagnosed: None,
+        light_modulation: None,
         stale: Vec::new(),
     })
 }

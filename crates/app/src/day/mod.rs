@@ -14,7 +14,7 @@ pub(crate) mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
 use isolux_record::run::StopHow;
-use isolux_record::{Job, Plan, Run, RunError, disk};
+use isolux_record::{Job, LightModulation, Plan, Run, RunError, disk};
 use isolux_reduce::Reduction;
 use isolux_report::answer::statistics;
 use isolux_report::day::{DayResults, Diagnosed, document};
@@ -27,6 +27,7 @@ use crate::front_end::control::Control;
 use crate::front_end::progress::{Event, Progress};
 use crate::init::DayPlan;
 use crate::instruments::bench;
+use crate::modulation;
 use crate::run::reduce::Reduced;
 use crate::run::{record, reduce};
 use crate::scan::{self, Operator, Place, ScanJob, Target};
@@ -220,7 +221,8 @@ fn finish(
 
     let Reduced { run, reduction, .. } = reduced;
     let scene = job.map(Job::scene);
-    let day_results = simulated(&results, run, reduction, scene, overwrite, progress)?;
+    let mut day_results = simulated(&results, run, reduction, scene, overwrite, progress)?;
+    add_light_modulation(&mut day_results, job.and_then(Job::light_modulation), overwrite)?;
     let model = results.join("luminaire.model.toml");
     let wanted = job.and_then(|job| requested::diagnosis(job, &results, overwrite));
     let request =
@@ -254,6 +256,33 @@ pub(crate) fn simulated(
             files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
         }
         Ok(day_results)
+    })
+}
+
+/// What the record of the light over time says, beside the results; what lies there of an earlier one goes.
+pub(crate) fn add_light_modulation(
+    day_results: &mut DayResults,
+    light: Option<&LightModulation>,
+    overwrite: Overwrite,
+) -> Result<(), Failure> {
+    let results = day_results.folder.clone();
+    kept::step("light modulation", &results, || {
+        let Some(light) = light else {
+            return modulation::FILES
+                .iter()
+                .try_for_each(|name| files::remove(&results.join(name)));
+        };
+        let found = modulation::of(light)?;
+        // A day keeps its waveform under this name.
+        let waveform = modulation::kept_name(&files::read(&light.waveform)?).to_owned();
+        let evaluated = modulation::Evaluated {
+            waveform,
+            modulation: found.clone(),
+            verdicts: Vec::new(),
+        };
+        modulation::write(&results, &evaluated, overwrite)?;
+        day_results.light_modulation = Some(found);
+        Ok(())
     })
 }
 

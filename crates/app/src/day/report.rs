@@ -10,6 +10,7 @@ use super::{requested, stored};
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
+use crate::modulation;
 use crate::run::{record, reduce};
 
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
@@ -32,6 +33,7 @@ pub fn report(
     let requested::OfReport {
         scene,
         own_model,
+        light_modulation,
         subject,
     } = requested::of_report(folder, job)?;
     run.header.state(&subject);
@@ -43,6 +45,7 @@ pub fn report(
     let out = out.map_or(own, |out| named(out, &reduction));
     files::refuse_existing(&out, overwrite)?;
     let mut day_results = light(&results, run, reduction, scene.as_deref(), progress)?;
+    day_results.light_modulation = light_modulation.as_ref().map(modulation::of).transpose()?;
     stored::beside(folder, own_model, &mut day_results)?;
     let document = document(&day_results)?;
     if pdf {

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Job, RunHeader, Station, Subject};
+use isolux_record::{Job, LightModulation, RunHeader, Station, Subject};
 use isolux_sim::simulation::Facts;
 use isolux_virtual::twins::Choice;
 use toml::{Table, Value};
@@ -12,6 +12,7 @@ use crate::diagnosis::diagnose;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 use crate::init::DayPlan;
+use crate::modulation;
 use crate::run::record;
 use crate::simulation::scene::{self, Changes};
 use crate::{Failure, init};
@@ -66,7 +67,7 @@ impl Progress for JobRecorder<'_> {
 }
 
 /// Writes the job and its scene into the day. The scene is copied with the files that it reads and names the model that
-/// the day makes; station, plan and what is diagnosed stay where they are.
+/// the day makes; the record of the light over time is copied; station, plan and what is diagnosed stay where they are.
 ///
 /// # Errors
 /// Bad input (exit 2) for a scene that cannot be read, exit 3 when the disk refuses.
@@ -128,6 +129,17 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
     if let Value::Table(subject) = Value::try_from(job.subject()).map_err(Failure::bad_input)? {
         document.extend(subject);
     }
+    if let Some(light) = job.light_modulation() {
+        let bytes = files::read(&light.waveform)?;
+        let waveform = Utf8PathBuf::from(modulation::kept_name(&bytes));
+        kept.push((waveform.to_string(), bytes));
+        let light = LightModulation {
+            waveform,
+            ..light.clone()
+        };
+        let table = Value::try_from(&light).map_err(Failure::bad_input)?;
+        document.insert("light_modulation".into(), table);
+    }
     // job.toml last: a folder with it holds what it names.
     kept.push(("job.toml".to_owned(), text(&document.into())?.into_bytes()));
     let sums = record::sums(kept.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -164,6 +176,8 @@ pub(crate) struct OfReport {
     pub scene: Option<Utf8PathBuf>,
     /// Whether the job names a diagnosis of its own.
     pub own_model: bool,
+    /// The record of the light over time.
+    pub light_modulation: Option<LightModulation>,
     /// What was measured and for whom, where that is known better than the record knows it.
     pub subject: Subject,
 }
@@ -178,6 +192,7 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
         return Ok(OfReport {
             scene: Some(job.scene().to_owned()),
             own_model: job.diagnose().is_some(),
+            light_modulation: job.light_modulation().cloned(),
             subject: job.subject().clone(),
         });
     }
@@ -191,15 +206,23 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
         let table: Table = text
             .parse()
             .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+        let wrong = |error| Failure::bad_input(format!("{file}: {error}"));
+        let light = table.get("light_modulation").cloned();
+        let light = light
+            .map(Value::try_into::<LightModulation>)
+            .transpose()
+            .map_err(wrong)?;
         let subject = (["luminaire", "report"].into_iter())
             .filter_map(|name| Some((name.to_owned(), table.get(name)?.clone())))
             .collect::<Table>();
         return Ok(OfReport {
             scene: Some(folder.join("scene.toml")),
             own_model: table.contains_key("diagnose"),
-            subject: subject
-                .try_into()
-                .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?,
+            light_modulation: light.map(|light| LightModulation {
+                waveform: folder.join(&light.waveform),
+                ..light
+            }),
+            subject: subject.try_into().map_err(wrong)?,
         });
     }
     if day.join("results/result.json").is_file() && !built_in(day)? {

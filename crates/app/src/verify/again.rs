@@ -233,7 +233,8 @@ fn beyond(
     };
     let scene = requested.scene.as_deref();
     let made = if is_day {
-        day::simulated(at, run.clone(), reduction, scene, Overwrite::Force, progress).and_then(|day_results| {
+        day::simulated(at, run.clone(), reduction, scene, Overwrite::Force, progress).and_then(|mut day_results| {
+            day::add_light_modulation(&mut day_results, requested.light_modulation.as_ref(), Overwrite::Force)?;
             match diagnosis(run, at, requested.own_model) {
                 Ok(request) => day::reported(day_results, &request, Overwrite::Force, progress),
                 Err(failure) => {

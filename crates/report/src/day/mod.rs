@@ -6,6 +6,7 @@ mod colour;
 mod colour_over_angle;
 mod conditions;
 mod light;
+mod modulation;
 mod record;
 mod results;
 mod simulated;
@@ -14,6 +15,7 @@ mod verdict;
 mod words;
 
 pub use colour_over_angle::{figures as colour_figures, sentence as colour_sentence};
+pub use modulation::facts as modulation_facts;
 pub use results::{DayResults, Diagnosed};
 
 use crate::document::Document;
@@ -43,6 +45,7 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
     sections.extend(colour::section(day_results));
     sections.extend(colour_over_angle::section(&day_results.reduction));
     sections.push(light::glare(day_results));
+    sections.extend(modulation::section(day_results));
     sections.push(conditions::section(day_results));
     sections.push(uncertainty::section(day_results));
     sections.push(simulated::section(day_results)?);
