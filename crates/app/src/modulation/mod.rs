@@ -1,5 +1,6 @@
 //! `flicker`: what a record of light over time says, of a file or as an instrument records it.
 
+mod acquire;
 mod words;
 
 use camino::{Utf8Path, Utf8PathBuf};
@@ -9,6 +10,7 @@ use isolux_report::plots::{light_over_frequency, light_over_time};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use self::acquire::{Acquisition, acquire};
 use crate::Failure;
 use crate::files::{self, Overwrite};
 
@@ -154,13 +156,9 @@ mod tests {
 
     fn light(folder: &Utf8Path, amplitude: f64) -> LightModulation {
         let waveform = folder.join("light.csv");
-        let text: String = (0..20_000)
-            .map(|k| {
-                let phase = std::f64::consts::TAU * 100.0 * f64::from(k) / 20e3;
-                format!("{}\n", 1.0 + amplitude * phase.sin())
-            })
-            .collect();
-        std::fs::write(&waveform, text).unwrap();
+        let value = |k: i32| 1.0 + amplitude * (std::f64::consts::TAU * 100.0 * f64::from(k) / 20e3).sin();
+        let lines: Vec<String> = (0..20_000).map(|k| value(k).to_string()).collect();
+        std::fs::write(&waveform, lines.join("\n")).unwrap();
         LightModulation {
             waveform,
             sample_rate_hz: Some(20e3),

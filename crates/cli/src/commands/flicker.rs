@@ -8,16 +8,27 @@ use isolux_app::modulation::{self, LightModulation};
 
 use crate::screen;
 
+/// Least sample rate of a record, Hz: ten times what SVM counts.
+const LEAST_RATE_HZ: f64 = 20_000.0;
+
 /// Temporal light modulation of a recorded waveform: depth, flicker index, SVM, PstLM, and what a camera sees.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples: isolux flicker light.csv --dark 0.002 --out flicker\n\
          isolux flicker light.wav --dark 0 --limit-svm 0.4 --limit-pst 1\n\
          isolux flicker light.csv --rate 20000 --exposure 2 --exposure 10 --line-time 15\n\
+         isolux flicker --from 'scpi-scope:tcp://192.168.1.7:5555?profile=ds1000z&channel=1' --duration 2 --dark 0.004 --out flicker\n\
 Exit 1 where a limit is passed or its quantity is not given.")]
 pub struct Flicker {
     /// CSV (one column, or time_s and a value) or WAV, of a photodiode with a DC-coupled input.
-    file: Utf8PathBuf,
-    /// Sample rate in Hz, where the file has none.
+    #[arg(required_unless_present = "from", conflicts_with = "from")]
+    file: Option<Utf8PathBuf>,
+    /// Record from this instrument, `driver:target`, in place of a file; `isolux devices` lists drivers.
+    #[arg(long, value_name = "ADDRESS", requires_all = ["duration", "out"])]
+    from: Option<String>,
+    /// Length of the record in s.
+    #[arg(long, value_name = "S", requires = "from")]
+    duration: Option<f64>,
+    /// Sample rate in Hz, where the file has none; with --from the least one, 20000 where it is not given.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// What the recorder shows in the dark, in units of the file; without it nothing has an uncertainty.
@@ -48,10 +59,25 @@ pub struct Flicker {
 
 /// Runs the command.
 pub fn run(arguments: &Flicker) -> Result<(), Failure> {
+    let overwrite = Overwrite::requested(arguments.force);
+    let (waveform, sample_rate_hz) = match (&arguments.from, &arguments.out, arguments.duration) {
+        (Some(open), Some(out), Some(duration_s)) => {
+            let least_rate_hz = arguments.rate.unwrap_or(LEAST_RATE_HZ);
+            let acquisition = modulation::Acquisition {
+                open,
+                duration_s,
+                least_rate_hz,
+                out,
+                overwrite,
+            };
+            (modulation::acquire(&acquisition)?, None)
+        }
+        _ => (arguments.file.clone().unwrap_or_default(), arguments.rate),
+    };
     let request = modulation::Request {
         light: LightModulation {
-            waveform: arguments.file.clone(),
-            sample_rate_hz: arguments.rate,
+            waveform,
+            sample_rate_hz,
             dark: arguments.dark,
             exposures_ms: arguments.exposure.clone(),
             line_time_us: arguments.line_time,
@@ -59,7 +85,7 @@ pub fn run(arguments: &Flicker) -> Result<(), Failure> {
         limit_svm: arguments.limit_svm,
         limit_pst: arguments.limit_pst,
         out: arguments.out.as_deref(),
-        overwrite: Overwrite::requested(arguments.force),
+        overwrite,
     };
     let (evaluated, written) = modulation::run(&request)?;
     if arguments.json {
