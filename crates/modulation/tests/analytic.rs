@@ -65,7 +65,7 @@ fn svm_of_full_modulation() {
     }
 }
 
-/// The chain as SciPy 1.16 computes it (`tests/peers/flicker.py`), at 2 kHz over 180 s.
+/// The chain as SciPy 1.17 computes it (`tests/peers/flicker.py`), at 2 kHz over 180 s.
 #[test]
 fn pst_is_that_of_another_implementation() {
     for (amplitude, frequency_hz, expected) in [

@@ -43,7 +43,7 @@ fn mean(record: &VoltageRecord) -> f64 {
 async fn a_record_has_the_shape_of_the_light_sample_by_sample() {
     let mut document = lit();
     document.lamp.flicker_rel = 0.4;
-    let (scope, ..) = scope(document).await;
+    let (scope, _room, _serving) = scope(document).await;
     assert_eq!(scope.identity().model, "RIGOL TECHNOLOGIES DS1054Z");
     let record = scope.record(Duration::from_secs(2), 20e3).await.unwrap();
     // 0.2 s a division and 120 000 points, of which two seconds are read in three blocks.
@@ -93,7 +93,7 @@ async fn pulses_are_on_for_their_share_and_the_dark_is_its_offset() {
 
 #[tokio::test(start_paused = true)]
 async fn what_the_memory_does_not_hold_is_refused_with_the_remedy() {
-    let (scope, ..) = scope(lit()).await;
+    let (scope, _room, _serving) = scope(lit()).await;
     let long = scope.record(Duration::from_secs(700), 20e3).await.unwrap_err();
     assert_eq!(long.kind(), ErrorKind::Unsupported);
     let fast = scope.record(Duration::from_secs(180), 1e6).await.unwrap_err();

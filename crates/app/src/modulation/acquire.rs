@@ -87,11 +87,9 @@ fn csv(open: &str, identity: &Identity, record: &VoltageRecord, at: Option<jiff:
         let _ = writeln!(text, "# began_utc = {at:.0}");
     }
     let (low, high) = record.range_v;
-    let _ = writeln!(
-        text,
-        "# sample_rate_hz = {}\n# range = {low} {high}\nvoltage_V",
-        record.rate_hz
-    );
+    // The recorder gives the interval, to seven digits or so.
+    let rate_hz = (1e6 * record.rate_hz).round() / 1e6;
+    let _ = writeln!(text, "# sample_rate_hz = {rate_hz}\n# range = {low} {high}\nvoltage_V");
     // To a hundredth of the converter's step.
     let digits = (2.0 - record.step_v.log10().floor()).clamp(0.0, 12.0) as usize;
     for value in &record.voltage_v {
