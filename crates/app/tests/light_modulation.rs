@@ -43,10 +43,11 @@ fn job(folder: &Utf8Path) -> Utf8PathBuf {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
     write("station.toml", &station);
     if let Some(calibration) = calibration {
-        write("calibration.csv", &calibration);
+        write("spectroradiometer.csv", &calibration);
     }
     write("plan.toml", PLAN);
-    write("scene.toml", include_str!("../src/init/scene.toml"));
+    let scene = include_str!("../src/init/scene.toml");
+    write("scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
     let value = |k: i32| 1.0 + 0.2 * (std::f64::consts::TAU * 100.0 * f64::from(k) / 20e3).sin();
     let lines: Vec<String> = (0..20_000).map(|k| value(k).to_string()).collect();
     write(
