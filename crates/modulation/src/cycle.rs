@@ -121,6 +121,29 @@ impl Denoised {
     }
 }
 
+impl Denoised {
+    /// What the extremes of a period of so many samples lack or have too much, relative to the mean: recorded less
+    /// denoised light there, averaged over the periods. A sharp turn is made of components up to half the sample rate
+    /// and beyond.
+    pub(crate) fn missed(&self, period: usize) -> f64 {
+        let periods = self
+            .samples
+            .chunks_exact(period)
+            .zip(self.recorded.chunks_exact(period));
+        let (mut low, mut high, mut count) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for (light, recorded) in periods {
+            let by_value = |a: &usize, b: &usize| light[*a].total_cmp(&light[*b]);
+            let ends = (0..period).min_by(by_value).zip((0..period).max_by(by_value));
+            if let Some((lowest, highest)) = ends {
+                low += recorded[lowest] - light[lowest];
+                high += recorded[highest] - light[highest];
+                count += 1.0;
+            }
+        }
+        low.abs().max(high.abs()) / count.max(1.0)
+    }
+}
+
 /// Standard deviations by which the noise may move an extreme of a piece of a record.
 const BEYOND: f64 = 5.0;
 

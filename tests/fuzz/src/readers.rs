@@ -293,14 +293,12 @@ fn waveform(bytes: &[u8]) {
 /// 100 values as text, and as 16-bit WAVE.
 fn waveforms() -> Vec<Vec<u8>> {
     let value = |k: i32| 1000 + 37 * (k % 10);
-    let text: String = (0..100).map(|k| format!("{},{}\n", 5 * k, value(k))).collect();
+    let lines: Vec<String> = (0..100).map(|k| format!("{},{}", 5 * k, value(k))).collect();
+    let text = format!("# range = -1 2000\ntime_ms,value_mV\n{}\n", lines.join("\n"));
     let mut wave = b"RIFF\xec\x00\x00\x00WAVEfmt \x10\x00\x00\x00\x01\x00\x01\x00".to_vec();
     wave.extend(2000_u32.to_le_bytes());
     wave.extend(4000_u32.to_le_bytes());
     wave.extend(b"\x02\x00\x10\x00data\xc8\x00\x00\x00");
     wave.extend((0..100).flat_map(|k| (value(k) as i16).to_le_bytes()));
-    vec![
-        format!("# range = -1 2000\ntime_ms,value_mV\n{text}").into_bytes(),
-        wave,
-    ]
+    vec![text.into_bytes(), wave]
 }
