@@ -5,7 +5,7 @@
 //!
 //! Each folder is a topic: [`instruments`] of a station, [`manual`] steps, a [`scan`], the [`run`] directory that it
 //! leaves, a [`calibration`] with a standard lamp and the [`history`] of those and of days, whether a run
-//! [still is](verify) what was recorded, [`formats`] of files, what is [compared](compare), [`simulation`],
+//! [still is](verify) what was recorded, [`formats`] of files, what is [compared](compare), [`modulation`] of light, [`simulation`],
 //! [`diagnosis`], the whole [`day`], a [`study`] of a run on the page. [`init`] writes the files to start from and
 //! [`darkroom`] serves the virtual instruments; [`front_end`] and [`system`] are what the rest reports to and runs on.
 
@@ -22,6 +22,7 @@ pub mod history;
 pub mod init;
 pub mod instruments;
 pub mod manual;
+pub mod modulation;
 pub mod run;
 pub mod scan;
 pub mod simulation;

@@ -9,7 +9,7 @@ use isolux_app::instruments::bench::StationFiles;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{Place, ScanJob, Target};
-use isolux_darkroom::Darkroom;
+use isolux_darkroom::{Darkroom, Instrument};
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Plan, Quality, Role, Run};
 use isolux_virtual::twins::{Choice, TWINS};
@@ -128,7 +128,8 @@ fn every_twin_scans_in_place_of_the_default_one() {
     let expected = points(&default);
     assert!(expected.len() >= 14);
     let offset_lx = Darkroom::built_in().unwrap().injected_effects.dark_offset.offset_lx;
-    for twin in TWINS {
+    // No station has an oscilloscope: it records the light by itself.
+    for twin in TWINS.iter().filter(|twin| twin.instrument != Instrument::Oscilloscope) {
         let mut choice = Choice::default();
         choice.choose(twin.instrument, twin.driver).unwrap();
         let found = scan_with(&choice);

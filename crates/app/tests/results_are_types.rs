@@ -7,6 +7,7 @@ use isolux_app::day::{self, Options};
 use isolux_app::formats::inspect::{self, Quantities};
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
+use isolux_app::modulation::Evaluated;
 use isolux_app::verify::Verification;
 use isolux_conformity::Conformity;
 use isolux_diagnose::document::Document;
@@ -78,4 +79,5 @@ fn the_schemas_in_the_book_are_those_of_the_types() {
     schema::<Verification>("verification");
     schema::<Calibration>("calibration");
     schema::<Compared>("compared");
+    schema::<Evaluated>("modulation");
 }

@@ -5,11 +5,13 @@ use isolux_record::requirements::{DecisionRule, MeasuredWith};
 use isolux_record::{Conditions, DistanceClass, Plan, ReadingKind, Requirements, Station};
 
 /// One sentence for each claim that station, plan and job leave without a ground; empty where there is none.
+/// `has_waveform` is whether the job names a record of the light over time.
 pub fn not_claimable(
     station: &Station,
     plan: &Plan,
     conditions: &Conditions,
     requirements: &Requirements,
+    has_waveform: bool,
 ) -> Vec<String> {
     let mut sentences = Vec::new();
     let (mut no_limit, mut no_value, mut no_u) = (Vec::new(), Vec::new(), Vec::new());
@@ -61,7 +63,7 @@ pub fn not_claimable(
         sentences.push(format!("conditions without an uncertainty: {}", no_u.join(", ")));
     }
     sentences.extend(too_near(station, plan));
-    sentences.extend(undecidable(station, plan, requirements));
+    sentences.extend(undecidable(station, plan, requirements, has_waveform));
     sentences
 }
 
@@ -85,7 +87,7 @@ fn too_near(station: &Station, plan: &Plan) -> Option<String> {
     ))
 }
 
-fn undecidable(station: &Station, plan: &Plan, requirements: &Requirements) -> Vec<String> {
+fn undecidable(station: &Station, plan: &Plan, requirements: &Requirements, has_waveform: bool) -> Vec<String> {
     let spectra: Vec<_> = plan
         .blocks()
         .iter()
@@ -97,6 +99,7 @@ fn undecidable(station: &Station, plan: &Plan, requirements: &Requirements) -> V
         MeasuredWith::Spectrum | MeasuredWith::SpectraOverAngle if spectra.is_empty() => {
             Some("the plan takes no spectrum")
         }
+        MeasuredWith::Waveform if !has_waveform => Some("the job names no waveform in [light_modulation]"),
         _ => None,
     };
     let bench = station.bench();

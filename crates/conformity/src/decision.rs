@@ -2,6 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
+use isolux_modulation::Modulation;
 use isolux_record::Bounds;
 use isolux_record::requirements::{DecisionRule, Requirement, Requirements};
 use isolux_reduce::{Quantity, Reduction};
@@ -63,14 +64,14 @@ pub struct Decision {
 }
 
 /// Every requirement of a job.
-pub fn all(requirements: &Requirements, reduction: &Reduction) -> Vec<Decision> {
+pub fn all(requirements: &Requirements, reduction: &Reduction, light: Option<&Modulation>) -> Vec<Decision> {
     let mut decisions = Vec::new();
     for limit in &requirements.limit {
         // A job was checked when it was read.
         let (Some(key), Some(rule), Ok(bounds)) = (limit.key(), requirements.rule_of(limit), limit.limits("")) else {
             continue;
         };
-        let found = measured::of(limit, reduction);
+        let found = measured::of(limit, reduction, light);
         if found.is_empty() {
             decisions.push(decision(limit, key.what.to_owned(), rule, bounds, None));
         }

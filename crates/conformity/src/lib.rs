@@ -7,6 +7,7 @@ mod conditions;
 mod decision;
 mod measured;
 
+use isolux_modulation::Modulation;
 use isolux_record::{Conditions, Logged, Requirements, Run};
 use isolux_reduce::Reduction;
 use schemars::JsonSchema;
@@ -30,16 +31,17 @@ pub struct Conformity {
 }
 
 impl Conformity {
-    /// Of a run, its events and its reduction, by the limits of a job.
+    /// Of a run, its events, its reduction and the record of its light over time, by the limits of a job.
     pub fn of(
         conditions: &Conditions,
         requirements: &Requirements,
         run: &Run,
         events: &[Logged],
         reduction: &Reduction,
+        light: Option<&Modulation>,
     ) -> Self {
         let judged = conditions::judge(conditions, run, events, reduction);
-        let requirements = decision::all(requirements, reduction);
+        let requirements = decision::all(requirements, reduction, light);
         Self {
             standard: conditions.standard.clone(),
             checklist: checklist(run, events, reduction, &judged, &requirements),

@@ -1,5 +1,6 @@
 //! The quantities of a reduction by the names that requirements have for them.
 
+use isolux_modulation::Modulation;
 use isolux_record::requirements::{COLOUR_STEPS, Requirement};
 use isolux_reduce::{BeamAngles, Colour, Quantity, Reduction};
 
@@ -8,7 +9,11 @@ const STEP: f64 = 0.0011;
 
 /// What was measured of the quantity that is required, with what tells it from others of its name (a half-plane);
 /// empty where it was not measured.
-pub fn of(requirement: &Requirement, reduction: &Reduction) -> Vec<(Option<String>, Quantity)> {
+pub fn of(
+    requirement: &Requirement,
+    reduction: &Reduction,
+    light: Option<&Modulation>,
+) -> Vec<(Option<String>, Quantity)> {
     let colour = reduction.spectral.as_ref().map(|spectral| &spectral.colour);
     let total = reduction.over_angle.as_ref().map(|found| &found.facts.total.colour);
     let line = reduction.electrical.as_ref();
@@ -43,6 +48,10 @@ pub fn of(requirement: &Requirement, reduction: &Reduction) -> Vec<(Option<Strin
             let found = reduction.over_angle.as_ref();
             found.map(|found| found.facts.delta_u_prime_v_prime.value.clone())
         }
+        "svm" => light.and_then(|light| light.svm.quantity.clone()),
+        "pst_lm" => light.and_then(|light| light.pst_lm.quantity.clone()),
+        "modulation_depth_percent" => light.map(|light| light.modulation_depth.clone()),
+        "flicker_index" => light.map(|light| light.flicker_index.clone()),
         _ => None,
     };
     one.map(|quantity| (None, quantity)).into_iter().collect()

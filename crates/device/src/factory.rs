@@ -7,7 +7,9 @@ use std::sync::Arc;
 use async_trait::async_trait;
 use isolux_units::Millimetre;
 
-use crate::{Axis, AxisSettings, DeviceError, LuxMeter, PowerMeter, Spectroradiometer, Switch, Thermometer};
+use crate::{
+    Axis, AxisSettings, DeviceError, LuxMeter, PowerMeter, Spectroradiometer, Switch, Thermometer, WaveformRecorder,
+};
 
 /// Opens axes of one driver.
 #[async_trait]
@@ -79,6 +81,16 @@ pub trait PowerMeterFactory: Send + Sync {
     async fn open_power_meter(&self, target: &Target) -> Result<Box<dyn PowerMeter>, OpenError>;
 }
 
+/// Opens recorders of waveforms of one driver.
+#[async_trait]
+pub trait WaveformRecorderFactory: Send + Sync {
+    /// Opens the recorder at `target`.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_waveform_recorder(&self, target: &Target) -> Result<Box<dyn WaveformRecorder>, OpenError>;
+}
+
 /// Kinds of device that a driver opens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
@@ -94,17 +106,20 @@ pub enum Kind {
     Thermometer,
     /// A power meter.
     PowerMeter,
+    /// A recorder of waveforms.
+    WaveformRecorder,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Axis,
         Self::LuxMeter,
         Self::Spectroradiometer,
         Self::Switch,
         Self::Thermometer,
         Self::PowerMeter,
+        Self::WaveformRecorder,
     ];
 
     /// Its name, as a station file writes it.
@@ -116,6 +131,7 @@ impl Kind {
             Self::Switch => "switch",
             Self::Thermometer => "thermometer",
             Self::PowerMeter => "powermeter",
+            Self::WaveformRecorder => "oscilloscope",
         }
     }
 }
@@ -135,6 +151,8 @@ pub struct Factories {
     pub thermometer: Option<Arc<dyn ThermometerFactory>>,
     /// Power meters.
     pub power_meter: Option<Arc<dyn PowerMeterFactory>>,
+    /// Recorders of waveforms.
+    pub waveform_recorder: Option<Arc<dyn WaveformRecorderFactory>>,
 }
 
 impl Factories {
@@ -147,6 +165,7 @@ impl Factories {
             Kind::Switch => self.switch.is_some(),
             Kind::Thermometer => self.thermometer.is_some(),
             Kind::PowerMeter => self.power_meter.is_some(),
+            Kind::WaveformRecorder => self.waveform_recorder.is_some(),
         };
         Kind::ALL.into_iter().filter(opens).collect()
     }

@@ -1,7 +1,7 @@
 //! What the bench asks of its instruments, and nothing more.
 //!
-//! Five narrow, object-safe traits: [`Axis`], [`LuxMeter`], [`Spectroradiometer`], [`Switch`] (lamp, shutter, baffle)
-//! and [`Thermometer`]. Every method takes `&self`: a handle talks by messages to the one task that owns the bus, so
+//! Narrow, object-safe traits: [`Axis`], [`LuxMeter`], [`Spectroradiometer`], [`Switch`] (lamp, shutter, baffle),
+//! [`Thermometer`], [`PowerMeter`] and [`WaveformRecorder`]. Every method takes `&self`: a handle talks by messages to the one task that owns the bus, so
 //! `stop` can be called while another task waits for a move. Deadlines and times of measurement are
 //! [`tokio::time::Instant`]s, so that a whole day can run with the clock paused.
 //!
@@ -18,13 +18,14 @@ mod power;
 mod spectroradiometer;
 mod switch;
 mod thermometer;
+mod waveform;
 
 pub use axis::{Axis, AxisPosition, AxisSettings, InvalidSettings, Motion};
 pub use axis_scale::{AxisScale, Coordinate, InvalidScale, Sense};
 pub use error::{DeviceError, ErrorKind};
 pub use factory::{
     AxisFactory, Factories, Kind, LuxMeterFactory, OpenError, PowerMeterFactory, SpectroradiometerFactory,
-    SwitchFactory, Target, ThermometerFactory,
+    SwitchFactory, Target, ThermometerFactory, WaveformRecorderFactory,
 };
 pub use identity::Identity;
 pub use luxmeter::{Caution, Conversions, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, LuxSample};
@@ -32,3 +33,4 @@ pub use power::{PowerMeter, PowerReading, Quantity};
 pub use spectroradiometer::{LinearisationError, RawSpectrum, Spectroradiometer, SpectroradiometerProperties};
 pub use switch::Switch;
 pub use thermometer::{TemperatureReading, Thermometer};
+pub use waveform::{VoltageRecord, WaveformRecorder};

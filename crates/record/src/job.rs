@@ -32,6 +32,54 @@ struct JobDocument {
     requirements: Requirements,
     #[serde(default)]
     layout: Layout,
+    #[serde(default)]
+    light_modulation: Option<LightModulation>,
+}
+
+/// `[light_modulation]`: a record of the light over time, and what is stated about it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightModulation {
+    /// The file: CSV or WAV.
+    pub waveform: Utf8PathBuf,
+    /// Sample rate in Hz, where the file has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_rate_hz: Option<f64>,
+    /// What the recorder shows in the dark, in units of the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dark: Option<f64>,
+    /// Exposure times of cameras, ms.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub exposures_ms: Vec<f64>,
+    /// Time from row to row of a rolling shutter, µs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_time_us: Option<f64>,
+}
+
+impl LightModulation {
+    /// Refuses numbers that no recorder and no camera has.
+    ///
+    /// # Errors
+    /// [`Fault`] with the key.
+    pub fn check(&self) -> Result<(), Fault> {
+        let above_zero = |key: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(());
+            }
+            let message = format!("{value}: a number above zero is needed");
+            Err(Fault::new(format!("light_modulation.{key}"), message))
+        };
+        self.sample_rate_hz
+            .map_or(Ok(()), |hz| above_zero("sample_rate_hz", hz))?;
+        self.line_time_us.map_or(Ok(()), |us| above_zero("line_time_us", us))?;
+        self.exposures_ms
+            .iter()
+            .try_for_each(|ms| above_zero("exposures_ms", *ms))?;
+        if self.dark.is_some_and(|dark| !dark.is_finite()) {
+            return Err(Fault::new("light_modulation.dark", "dark is no number"));
+        }
+        Ok(())
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,6 +100,7 @@ pub struct Job {
     conditions: Conditions,
     requirements: Requirements,
     layout: Layout,
+    light_modulation: Option<LightModulation>,
 }
 
 impl Job {
@@ -113,6 +162,14 @@ impl Job {
             conditions: job.conditions,
             requirements: job.requirements,
             layout,
+            light_modulation: job
+                .light_modulation
+                .map(|light| {
+                    light.check().map_err(|fault| source.locate(&fault))?;
+                    let waveform = resolve("light_modulation.waveform", &light.waveform)?;
+                    Ok(LightModulation { waveform, ..light })
+                })
+                .transpose()?,
         })
     }
 
@@ -151,6 +208,11 @@ impl Job {
         &self.scene
     }
 
+    /// The record of the light over time, if the job names one.
+    pub fn light_modulation(&self) -> Option<&LightModulation> {
+        self.light_modulation.as_ref()
+    }
+
     /// Model and observations of a diagnosis, if the job asks for one.
     pub fn diagnose(&self) -> Option<(&Utf8Path, &[Utf8PathBuf])> {
         self.diagnose
@@ -184,6 +246,22 @@ mod tests {
         };
         let named = with("name = \"Downlight\"\n").unwrap();
         assert_eq!(named.subject().luminaire.name.as_deref(), Some("Downlight"));
+        for (table, line) in [
+            ("waveform = \"none.csv\"", 6),
+            ("waveform = \"c.toml\"\nline_time_us = -1.0", 7),
+        ] {
+            std::fs::write(&file, format!("{text}[light_modulation]\n{table}\n")).unwrap();
+            let error = Job::load(&file).unwrap_err();
+            assert_eq!(error.line, Some(line), "{error}");
+        }
+        std::fs::write(
+            &file,
+            format!("{text}[light_modulation]\nwaveform = \"c.toml\"\ndark = 0.5\n"),
+        )
+        .unwrap();
+        let job = Job::load(&file).unwrap();
+        let light = job.light_modulation().unwrap();
+        assert_eq!((&light.waveform, light.dark), (&folder.join("c.toml"), Some(0.5)));
         for wrong in ["maker = \"a\"\nmarker = \"b\"\n", "maker = \"a\"\nname = \"\"\n"] {
             assert_eq!(with(wrong).unwrap_err().line, Some(7), "{wrong}");
         }

@@ -35,7 +35,7 @@ pub use conditions::Conditions;
 pub use distance_class::{DistanceClass, apart_from_mm, seen_under_deg};
 pub use event::{BenchState, Event, Logged};
 pub use isolux_document::{self as document, DocumentError, file};
-pub use job::Job;
+pub use job::{Job, LightModulation};
 pub use layout::{Language, Layout};
 pub use limits::Limits;
 pub use plan::Plan;

@@ -16,6 +16,8 @@ pub enum MeasuredWith {
     Spectrum,
     /// Spectra over angle.
     SpectraOverAngle,
+    /// A record of the light over time.
+    Waveform,
 }
 
 /// A quantity that can be required.
@@ -68,6 +70,10 @@ pub const QUANTITIES: &[QuantityKey] = &[
         "colour rendering index Ra of all light",
         MeasuredWith::SpectraOverAngle,
     ),
+    quantity("svm", "stroboscopic visibility measure SVM", MeasuredWith::Waveform),
+    quantity("pst_lm", "short-term flicker severity PstLM", MeasuredWith::Waveform),
+    quantity("modulation_depth_percent", "modulation depth", MeasuredWith::Waveform),
+    quantity("flicker_index", "flicker index", MeasuredWith::Waveform),
     quantity(
         "delta_u_prime_v_prime",
         "Δu′v′ over angle",

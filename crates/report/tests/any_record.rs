@@ -41,6 +41,7 @@ fn report(folder: &Utf8Path, rows: Vec<Reading>) -> Result<Document, String> {
         conformity: isolux_conformity::Conformity::default(),
         diagnosis: None,
         undiagnosed: None,
+        light_modulation: None,
         stale: Vec::new(),
     })
     .map_err(|error| error.to_string())

@@ -43,17 +43,20 @@ pub enum Instrument {
     Powermeter,
     /// The supply that feeds the lamp and switches it.
     Supply,
+    /// The oscilloscope with a photodiode that sees the lamp.
+    Oscilloscope,
 }
 
 impl Instrument {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Axes,
         Self::Luxmeter,
         Self::Spectroradiometer,
         Self::Outputs,
         Self::Powermeter,
         Self::Supply,
+        Self::Oscilloscope,
     ];
 
     /// Its name, as a darkroom's document writes it.
@@ -65,6 +68,7 @@ impl Instrument {
             Self::Outputs => "outputs",
             Self::Powermeter => "powermeter",
             Self::Supply => "supply",
+            Self::Oscilloscope => "oscilloscope",
         }
     }
 }

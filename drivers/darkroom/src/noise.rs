@@ -42,6 +42,8 @@ pub enum Stream {
     PowerMeter = 9,
     /// Errors of the certificate of a standard lamp.
     Certificate = 10,
+    /// Samples of the oscilloscope.
+    Oscilloscope = 11,
 }
 
 /// A source of draws addressed by number.

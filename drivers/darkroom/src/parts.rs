@@ -96,6 +96,10 @@ part! {
         power_warmup_share: f64 = 0.4, -2.0..=2.0;
         /// Modulation of its light at twice the frequency of the mains, relative amplitude.
         flicker_rel: f64 = 0.0, 0.0..=1.0;
+        /// Frequency at which its light is switched on and off around the same mean, Hz; 0: it is not.
+        pwm_hz: f64 = 0.0, 0.0..=1e5;
+        /// Share of the time in which it is on then.
+        pwm_duty: f64 = 1.0, 0.01..=1.0;
         /// The lamp was already on when the room was opened.
         on_at_start: bool = false;
     }

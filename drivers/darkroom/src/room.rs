@@ -273,10 +273,33 @@ impl Room {
         (meter.latency_s + meter.latency_jitter_s * noise).max(0.0)
     }
 
+    /// Output of the lamp relative to the warm one at one moment, `time_s` after it was switched on.
+    pub fn lamp_output(&self, time_s: f64) -> f64 {
+        self.output(time_s, 0.0)
+    }
+
+    /// Light of a lamp that is switched on and off, relative to its mean, averaged over a window around `time_s`.
+    fn pulses(&self, time_s: f64, window_s: f64) -> f64 {
+        let lamp = &self.document.lamp;
+        if lamp.pwm_hz == 0.0 || lamp.pwm_duty == 1.0 {
+            return 1.0;
+        }
+        // Time on since the first pulse began, in periods.
+        let on = |periods: f64| periods.floor() * lamp.pwm_duty + (periods - periods.floor()).min(lamp.pwm_duty);
+        let at = |time_s: f64| time_s * lamp.pwm_hz;
+        if window_s == 0.0 {
+            let lit = at(time_s) - at(time_s).floor() < lamp.pwm_duty;
+            return if lit { 1.0 / lamp.pwm_duty } else { 0.0 };
+        }
+        let (from, to) = (at(time_s - 0.5 * window_s), at(time_s + 0.5 * window_s));
+        (on(to) - on(from)) / (to - from) / lamp.pwm_duty
+    }
+
     /// Output of the lamp relative to the warm one, averaged over a window around `time_s`, its flicker included.
     fn output(&self, time_s: f64, window_s: f64) -> f64 {
         let flicker = self.document.lamp.flicker_rel;
         let slow = self.spectrum.level() * relative_output(&self.document.injected_effects, time_s, window_s);
+        let slow = slow * self.pulses(time_s, window_s);
         if flicker == 0.0 {
             return slow;
         }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use isolux_device::{DeviceError, Identity, OpenError, Target};
 use isolux_protocol_ascii::{Lines, Reply};
-use isolux_protocol_scpi::{Answer, QueuedError, Request, Scpi};
+use isolux_protocol_scpi::{Answer, Expect, QueuedError, Request, Scpi};
 use isolux_transport::{Bus, BusError, Exchanged, ExclusiveAccess, Ports};
 use tokio::time::Instant;
 
@@ -38,9 +38,11 @@ impl Instrument {
         driver: &'static str,
         manners: &Manners,
     ) -> Result<Self, OpenError> {
-        let (terminator, quiet) = (manners.terminator, 2 * manners.answer);
+        let (terminator, quiet, longest) = (manners.terminator, 2 * manners.answer, manners.longest_block);
         let bus = ports
-            .bus(target, manners.line, || Lines::new(Scpi::new(terminator, quiet)))
+            .bus(target, manners.line, || {
+                Lines::new(Scpi::new(terminator, quiet).with_blocks_up_to(longest))
+            })
             .await?;
         let mut instrument = Self {
             bus,
@@ -110,6 +112,32 @@ impl Instrument {
             .await;
         let reply = requested.map_err(|error| error.during(self.name(), message))?;
         self.text(message, reply)
+    }
+
+    /// A query answered by a block of `length` bytes that do not change, until two blocks in a row are the same.
+    pub async fn block_twice(&self, message: &str, length: usize) -> Result<Vec<u8>, DeviceError> {
+        let mut before = None;
+        for _ in 0..MOST_ANSWERS {
+            let request = Request {
+                message: message.to_owned(),
+                expect: Expect::Block,
+            };
+            let proof = Some(Request::query("*IDN?"));
+            let deadline = Instant::now() + LINE + self.answer;
+            let reply = self.bus.ask_again(request, proof, self.answer, deadline).await;
+            let reply = reply.map_err(|error| error.during(self.name(), message))?;
+            let Answer::Block(block) = reply.answer else {
+                return Err(self.malformed(message, "no block", reply.bytes));
+            };
+            if block.len() == length && before.as_ref() == Some(&block) {
+                return Ok(block);
+            }
+            before = Some(block);
+        }
+        let found = before.map_or(0, |block| block.len());
+        let reason =
+            format!("of {MOST_ANSWERS} blocks no two in a row are the same {length} bytes; the last has {found}");
+        Err(self.malformed(message, &reason, Vec::new()))
     }
 
     /// One exchange on a line that is kept.

@@ -17,6 +17,9 @@ const METERS: Shipped = &[
 /// Supplies that come with the program.
 const SUPPLIES: Shipped = &[("dp800", include_str!("../profiles/dp800.toml"))];
 
+/// Most bytes of the block of a reading.
+const LONGEST_BLOCK: usize = 4096;
+
 /// What all instruments have.
 #[derive(Debug, Clone)]
 pub(crate) struct Manners {
@@ -31,6 +34,8 @@ pub(crate) struct Manners {
     pub check: Vec<(String, String)>,
     /// The query of the error queue, where there is one.
     pub errors: Option<String>,
+    /// Most bytes of a block.
+    pub longest_block: usize,
 }
 
 /// A quantity of a reading.
@@ -86,7 +91,7 @@ pub(crate) struct Level {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MannersDocument {
+pub(crate) struct MannersDocument {
     identity: Spanned<String>,
     terminator: End,
     answer_s: Spanned<f64>,
@@ -173,7 +178,7 @@ impl Supply {
 }
 
 impl MannersDocument {
-    fn check(&self, line: &Line) -> Result<Manners, Wrong> {
+    pub(crate) fn check(&self, line: &Line) -> Result<Manners, Wrong> {
         let pair = |pair: &[Spanned<String>; 2]| Ok((query("check", &pair[0])?, ascii("check", &pair[1])?));
         let setup = |message: &Spanned<String>| {
             let text = ascii("setup", message)?;
@@ -196,11 +201,12 @@ impl MannersDocument {
             setup: self.setup.iter().map(setup).collect::<Result<_, _>>()?,
             check: self.check.iter().map(pair).collect::<Result<_, _>>()?,
             errors: self.errors.as_ref().map(|text| query("errors", text)).transpose()?,
+            longest_block: LONGEST_BLOCK,
         })
     }
 }
 
-fn query(key: &str, value: &Spanned<String>) -> Result<String, Wrong> {
+pub(crate) fn query(key: &str, value: &Spanned<String>) -> Result<String, Wrong> {
     let text = ascii(key, value)?;
     if text.contains('?') {
         Ok(text)

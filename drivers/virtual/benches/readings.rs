@@ -201,6 +201,14 @@ async fn of(twin: &TwinKind) {
             };
             measured(twin, "state", &meter, read).await;
         }
+        Instrument::Oscilloscope => {
+            let factory = factories.waveform_recorder.unwrap();
+            let device = factory.open_waveform_recorder(&at("oscilloscope")).await.unwrap();
+            let read = async || {
+                std::hint::black_box(device.record(Duration::from_millis(10), 1e4).await.unwrap());
+            };
+            measured(twin, "record", &meter, read).await;
+        }
     }
 }
 

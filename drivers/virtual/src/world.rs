@@ -234,6 +234,14 @@ impl World {
         self.lamp_since_s.map(|since| now_s - since)
     }
 
+    /// Output of the lamp relative to the warm one at `at_s`; 0 in the dark.
+    pub fn lamp_output(&self, at_s: f64) -> f64 {
+        match self.lamp_time_s(at_s) {
+            Some(time_s) if self.switches_at(at_s).lamp && time_s >= 0.0 => self.room.lamp_output(time_s),
+            _ => 0.0,
+        }
+    }
+
     /// Sets the voltage of the lamp's supply, which without this is the rated one.
     pub fn set_supply_v(&mut self, voltage_v: f64) {
         self.supply_v = voltage_v;

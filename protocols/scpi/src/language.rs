@@ -68,7 +68,11 @@ pub struct Scpi {
     terminator: Terminator,
     quiet: Duration,
     expect: Expect,
+    longest_block: usize,
 }
+
+/// Most bytes of a block, where nothing else is said.
+const LONGEST_BLOCK: usize = 4096;
 
 impl Scpi {
     /// Messages that end in `terminator`; an answer that was given up may come within `quiet`.
@@ -77,7 +81,14 @@ impl Scpi {
             terminator,
             quiet,
             expect: Expect::Nothing,
+            longest_block: LONGEST_BLOCK,
         }
+    }
+
+    /// The same, for blocks of up to so many bytes.
+    #[must_use]
+    pub const fn with_blocks_up_to(self, longest_block: usize) -> Self {
+        Self { longest_block, ..self }
     }
 }
 
@@ -90,7 +101,11 @@ impl Language for Scpi {
     }
 
     fn longest(&self) -> usize {
-        4096
+        // With `#`, nine digits of the length and the line end.
+        match self.expect {
+            Expect::Block => LONGEST_BLOCK.max(self.longest_block + 13),
+            Expect::Nothing | Expect::Text => LONGEST_BLOCK,
+        }
     }
 
     fn start(&mut self, request: Request) -> (Vec<u8>, Option<Answer>) {
@@ -105,7 +120,7 @@ impl Language for Scpi {
 
     fn judge(&self, received: &[u8]) -> Judgement<Answer> {
         match self.expect {
-            Expect::Block => block(received),
+            Expect::Block => block(received, self.longest_block),
             Expect::Nothing | Expect::Text => match line(received) {
                 Line::More => Judgement::More,
                 Line::Whole(text) if text.trim().is_empty() => Judgement::Damaged("an empty line".to_owned()),
@@ -118,7 +133,7 @@ impl Language for Scpi {
 
 /// `#`, the number of digits of the length, the length, the bytes, the line end. The bytes may hold a line end of their
 /// own.
-fn block(received: &[u8]) -> Judgement<Answer> {
+fn block(received: &[u8], longest: usize) -> Judgement<Answer> {
     let damaged = |reason: &str| Judgement::Damaged(reason.to_owned());
     match received {
         [] | [b'#'] => return Judgement::More,
@@ -140,8 +155,8 @@ fn block(received: &[u8]) -> Judgement<Answer> {
     let Some(length) = length.and_then(|text| text.parse::<usize>().ok()) else {
         return damaged("the length of the block is no number");
     };
-    if length > 4096 {
-        return damaged("a block of more than 4096 bytes");
+    if length > longest {
+        return Judgement::Damaged(format!("a block of more than {longest} bytes"));
     }
     let body = 2 + digits;
     match received.get(body..body + length) {
@@ -206,6 +221,19 @@ mod tests {
                 damaged.escape_ascii()
             );
         }
+    }
+
+    #[test]
+    fn a_record_of_an_oscilloscope_is_a_longer_block() {
+        let whole = [b"#9000050000".as_slice(), &[b'\n'; 50_000], b"\n"].concat();
+        assert!(matches!(requested(Expect::Block).judge(&whole), Judgement::Damaged(_)));
+        let longer = requested(Expect::Block).with_blocks_up_to(50_000);
+        assert!(longer.longest() >= whole.len());
+        assert_eq!(longer.judge(&whole[..50_000]), Judgement::More);
+        assert_eq!(
+            longer.judge(&whole),
+            Judgement::Answer(Answer::Block(vec![b'\n'; 50_000]))
+        );
     }
 
     proptest! {

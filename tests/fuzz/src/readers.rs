@@ -8,6 +8,7 @@ use isolux_darkroom::Darkroom;
 use isolux_formats::tm25::{Ray, RaySet, Reader};
 use isolux_formats::{Content, ReadOptions, WriteOptions, formats, read_any_with, write_distribution, write_spectrum};
 use isolux_model::{Model, Scene};
+use isolux_modulation::{Camera, Source, Waveform};
 use isolux_record::responsivity::WavelengthCurve;
 use isolux_record::spectra::{Pixel, SpectralCalibration, SpectralCorrections, SpectrumRecord, parse_calibration};
 use isolux_record::{Plan, ReadingKind, Station, readings};
@@ -45,6 +46,11 @@ pub const TARGETS: &[Target] = &[
         name: "model",
         run: model,
         seeds: || vec![include_bytes!("../../../examples/hidden-effect/model.toml").to_vec()],
+    },
+    Target {
+        name: "waveform",
+        run: waveform,
+        seeds: waveforms,
     },
     Target {
         name: "tm25",
@@ -268,4 +274,31 @@ fn ray_file() -> Vec<u8> {
         radiant_flux_w: None,
     };
     isolux_formats::tm25::write(&set, "2013-09-04T08:30:29+01:00", "ring")
+}
+
+fn waveform(bytes: &[u8]) {
+    let source = Source {
+        rate_hz: None,
+        dark: Some(0.0),
+    };
+    if let Ok(waveform) = Waveform::parse(bytes, source) {
+        let camera = Camera {
+            exposures_s: vec![2e-3],
+            line_time_s: Some(2e-5),
+        };
+        let _ = isolux_modulation::evaluate(&waveform, &camera);
+    }
+}
+
+/// 100 values as text, and as 16-bit WAVE.
+fn waveforms() -> Vec<Vec<u8>> {
+    let value = |k: i32| 1000 + 37 * (k % 10);
+    let lines: Vec<String> = (0..100).map(|k| format!("{},{}", 5 * k, value(k))).collect();
+    let text = format!("# range = -1 2000\ntime_ms,value_mV\n{}\n", lines.join("\n"));
+    let mut wave = b"RIFF\xec\x00\x00\x00WAVEfmt \x10\x00\x00\x00\x01\x00\x01\x00".to_vec();
+    wave.extend(2000_u32.to_le_bytes());
+    wave.extend(4000_u32.to_le_bytes());
+    wave.extend(b"\x02\x00\x10\x00data\xc8\x00\x00\x00");
+    wave.extend((0..100).flat_map(|k| (value(k) as i16).to_le_bytes()));
+    vec![text.into_bytes(), wave]
 }

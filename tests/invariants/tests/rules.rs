@@ -18,6 +18,7 @@ const PURE: &[&str] = &[
     "isolux-reduce",
     "isolux-conformity",
     "isolux-diagnose",
+    "isolux-modulation",
 ];
 
 /// What a pure crate may not reach: drivers, transports, clocks, async runtimes, screens.
@@ -180,6 +181,7 @@ fn no_driver_reaches_the_model_and_the_darkroom_shares_no_physics() {
         "isolux-diagnose",
         "isolux-photometry",
         "isolux-formats",
+        "isolux-modulation",
     ];
     for package in workspace.metadata.workspace_packages() {
         if package.manifest_path.as_str().replace('\\', "/").contains("/drivers/") {
@@ -198,7 +200,13 @@ fn no_driver_reaches_the_model_and_the_darkroom_shares_no_physics() {
         );
     }
     // The other way round: the diagnosis and its physics may not look at the truth, not even in their tests.
-    for name in ["isolux-model", "isolux-sim", "isolux-diagnose", "isolux-reduce"] {
+    for name in [
+        "isolux-model",
+        "isolux-sim",
+        "isolux-diagnose",
+        "isolux-reduce",
+        "isolux-modulation",
+    ] {
         let Some(package) = workspace.member(name) else {
             continue;
         };
@@ -258,6 +266,7 @@ fn arrows_point_one_way() {
         ),
         ("isolux-conformity", &["isolux-sim", "isolux-diagnose", "isolux-report"]),
         ("isolux-diagnose", &["isolux-report"]),
+        ("isolux-modulation", &["isolux-diagnose", "isolux-report"]),
         (
             "isolux-report",
             &[

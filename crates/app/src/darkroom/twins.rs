@@ -1,4 +1,4 @@
-//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply`: the twins as a process, for other programs to
+//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply|oscilloscope`: the twins as a process, for other programs to
 //! talk to.
 
 use std::time::Duration;
@@ -58,12 +58,14 @@ pub enum Twins {
     PowerMeter,
     /// The lamp's supply alone.
     Supply,
+    /// The oscilloscope alone, with the lamp on.
+    Oscilloscope,
 }
 
 /// One twin that can be reached.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Reachable {
-    /// `axes`, `luxmeter`, `spectroradiometer`, `powermeter`, `supply`.
+    /// `axes`, `luxmeter`, `spectroradiometer`, `powermeter`, `supply`, `oscilloscope`.
     pub instrument: &'static str,
     /// What a station's `open` names after the driver.
     pub address: String,
@@ -93,6 +95,7 @@ pub fn serve(
     match options.twins {
         Twins::PowerMeter => choice.add(Instrument::Powermeter),
         Twins::Supply => choice.add(Instrument::Supply),
+        Twins::Oscilloscope => choice.add(Instrument::Oscilloscope),
         Twins::All | Twins::Axes | Twins::LuxMeter | Twins::Spectroradiometer => {}
     }
     if let Some(path) = &options.station_out {
@@ -113,10 +116,11 @@ pub fn serve(
             Twins::Spectroradiometer => vec![Instrument::Spectroradiometer],
             Twins::PowerMeter => vec![Instrument::Powermeter],
             Twins::Supply => vec![Instrument::Supply],
+            Twins::Oscilloscope => vec![Instrument::Oscilloscope],
         };
         if matches!(
             options.twins,
-            Twins::LuxMeter | Twins::Spectroradiometer | Twins::PowerMeter
+            Twins::LuxMeter | Twins::Spectroradiometer | Twins::PowerMeter | Twins::Oscilloscope
         ) {
             // Nobody is there to switch the lamp on.
             let illuminated = Switches {

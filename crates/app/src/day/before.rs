@@ -10,12 +10,13 @@ use isolux_spectrum::Spectrum;
 use crate::diagnosis::diagnose;
 use crate::files::Overwrite;
 use crate::front_end::progress::{Event, Progress};
+use crate::modulation;
 use crate::run::record;
 use crate::simulation::{scene, simulate};
 use crate::{Failure, scan};
 
-/// Checks the station, the plan and what it gives, the scene with the files that it names, and the model and
-/// observations of the diagnosis. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
+/// Checks the station, the plan and what it gives, the scene with the files that it names, the model and
+/// observations of the diagnosis, and the record of the light over time. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
 /// record says what was planned. What the day will not be able to claim goes to `progress`.
 ///
 /// # Errors
@@ -42,9 +43,18 @@ pub(super) fn check(
     if let Some(request) = super::requested::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
         diagnose::check(&request)?;
     }
+    if let Some(light) = job.light_modulation() {
+        modulation::of(light)?;
+    }
     super::requested::Wanted::of(job)?;
     if scanned.is_none() {
-        for sentence in not_claimable(&station, &plan, job.conditions(), job.requirements()) {
+        for sentence in not_claimable(
+            &station,
+            &plan,
+            job.conditions(),
+            job.requirements(),
+            job.light_modulation().is_some(),
+        ) {
             progress.event(Event::Note(&format!("not to be claimed of this day: {sentence}")));
         }
     }

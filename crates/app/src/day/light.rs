@@ -12,6 +12,7 @@ use isolux_sim::simulation::Method;
 use super::requested::Wanted;
 use crate::Failure;
 use crate::front_end::progress::{Event, Progress};
+use crate::modulation;
 use crate::simulation::{scene, simulate};
 
 /// Simulates the sensor with the model in the folder of results, compares the axis, and judges the record by the wanted.
@@ -50,12 +51,14 @@ pub(crate) fn light(
         .as_ref()
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
     let comparison = on_axis(&model, &reduction).map_err(Failure::bad_input)?;
+    let light_modulation = wanted.light_modulation.as_ref().map(modulation::of).transpose()?;
     let conformity = Conformity::of(
         &wanted.conditions,
         &wanted.requirements,
         &run,
         &event::read(&run.path),
         &reduction,
+        light_modulation.as_ref(),
     );
     Ok(DayResults {
         run,
@@ -69,6 +72,7 @@ pub(crate) fn light(
         layout: wanted.layout.clone(),
         diagnosis: None,
         undiagnosed: None,
+        light_modulation,
         stale: Vec::new(),
     })
 }

@@ -15,7 +15,7 @@ pub(crate) mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
 use isolux_record::run::StopHow;
-use isolux_record::{Job, Plan, Run, RunError, disk};
+use isolux_record::{Job, LightModulation, Plan, Run, RunError, disk};
 use isolux_reduce::Reduction;
 use isolux_report::answer::statistics;
 use isolux_report::day::{DayResults, Diagnosed, document};
@@ -29,6 +29,7 @@ use crate::front_end::control::Control;
 use crate::front_end::progress::{Event, Progress};
 use crate::init::DayPlan;
 use crate::instruments::bench;
+use crate::modulation;
 use crate::run::reduce::Reduced;
 use crate::run::{record, reduce};
 use crate::scan::{self, Operator, Place, ScanJob, Target};
@@ -249,6 +250,7 @@ pub(crate) fn simulated(
         let day_results = light::light(results, run, reduction, scene, wanted, progress)?;
         let u_direction_rel = day_results.u_direction_rel();
         simulate::write(results, &day_results.simulation, u_direction_rel, overwrite)?;
+        write_light_modulation(&day_results, wanted.light_modulation.as_ref(), overwrite)?;
         let text = serde_json::to_string_pretty(&day_results.conformity).map_err(Failure::instrument)? + "\n";
         files::write(&results.join("conformity.json"), text.as_bytes(), overwrite)?;
         if let Some(comparison) = &day_results.comparison {
@@ -257,6 +259,29 @@ pub(crate) fn simulated(
         }
         Ok(day_results)
     })
+}
+
+/// Writes what the record of the light over time says; what lies there of an earlier one goes.
+fn write_light_modulation(
+    day_results: &DayResults,
+    light: Option<&LightModulation>,
+    overwrite: Overwrite,
+) -> Result<(), Failure> {
+    let results = &day_results.folder;
+    let (Some(light), Some(found)) = (light, &day_results.light_modulation) else {
+        return modulation::FILES
+            .iter()
+            .try_for_each(|name| files::remove(&results.join(name)));
+    };
+    // A day keeps its waveform under this name.
+    let waveform = modulation::kept_name(&files::read(&light.waveform)?).to_owned();
+    let evaluated = modulation::Evaluated {
+        waveform,
+        modulation: found.clone(),
+        verdicts: Vec::new(),
+    };
+    modulation::write(results, &evaluated, overwrite)?;
+    Ok(())
 }
 
 /// Diagnoses and writes the report, in the folder of `day_results`.

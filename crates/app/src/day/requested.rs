@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Conditions, Job, Layout, Requirements, RunHeader, Station, Subject};
+use isolux_record::{Conditions, Job, Layout, LightModulation, Requirements, RunHeader, Station, Subject};
 use isolux_report::clothes::{self, Clothes};
 use isolux_report::day::DayLayout;
 use isolux_sim::simulation::Facts;
@@ -15,6 +15,7 @@ use crate::diagnosis::diagnose;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 use crate::init::DayPlan;
+use crate::modulation;
 use crate::run::record;
 use crate::simulation::scene::{self, Changes};
 use crate::{Failure, init};
@@ -69,7 +70,7 @@ impl Progress for JobRecorder<'_> {
 }
 
 /// Writes the job and its scene into the day. The scene is copied with the files that it reads and names the model that
-/// the day makes; station, plan and what is diagnosed stay where they are.
+/// the day makes; the record of the light over time is copied; station, plan and what is diagnosed stay where they are.
 ///
 /// # Errors
 /// Bad input (exit 2) for a scene that cannot be read, exit 3 when the disk refuses.
@@ -150,6 +151,17 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
         let layout = Value::try_from(&layout).map_err(Failure::bad_input)?;
         document.insert("layout".into(), layout);
     }
+    if let Some(light) = job.light_modulation() {
+        let bytes = files::read(&light.waveform)?;
+        let waveform = Utf8PathBuf::from(modulation::kept_name(&bytes));
+        kept.push((waveform.to_string(), bytes));
+        let light = LightModulation {
+            waveform,
+            ..light.clone()
+        };
+        let table = Value::try_from(&light).map_err(Failure::bad_input)?;
+        document.insert("light_modulation".into(), table);
+    }
     // job.toml last: a folder with it holds what it names.
     kept.push(("job.toml".to_owned(), text(&document.into())?.into_bytes()));
     let sums = record::sums(kept.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -186,6 +198,8 @@ pub(crate) struct Wanted {
     pub conditions: Conditions,
     /// What the luminaire has to keep.
     pub requirements: Requirements,
+    /// The record of its light over time.
+    pub light_modulation: Option<LightModulation>,
     /// The look of its report.
     pub layout: DayLayout,
 }
@@ -199,6 +213,7 @@ impl Wanted {
         Ok(Self {
             conditions: job.conditions().clone(),
             requirements: job.requirements().clone(),
+            light_modulation: job.light_modulation().cloned(),
             layout: look(job.layout())?,
         })
     }
@@ -280,16 +295,24 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
         let table: Table = text
             .parse()
             .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+        let wrong = |error| Failure::bad_input(format!("{file}: {error}"));
+        let light = table.get("light_modulation").cloned();
+        let light = light
+            .map(Value::try_into::<LightModulation>)
+            .transpose()
+            .map_err(wrong)?;
         let subject = (["luminaire", "report"].into_iter())
             .filter_map(|name| Some((name.to_owned(), table.get(name)?.clone())))
             .collect::<Table>();
         return Ok(OfReport {
             scene: Some(folder.join("scene.toml")),
             own_model: table.contains_key("diagnose"),
-            subject: subject
-                .try_into()
-                .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?,
+            subject: subject.try_into().map_err(wrong)?,
             wanted: Wanted {
+                light_modulation: light.map(|light| LightModulation {
+                    waveform: folder.join(&light.waveform),
+                    ..light
+                }),
                 conditions: part(&table, "conditions", &file)?,
                 requirements: part(&table, "requirements", &file)?,
                 layout: {

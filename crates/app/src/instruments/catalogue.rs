@@ -7,7 +7,7 @@ use camino::Utf8Path;
 
 use isolux_device::{
     Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, PowerMeter, Spectroradiometer, Switch, Target,
-    Thermometer,
+    Thermometer, WaveformRecorder,
 };
 use isolux_transport::{Driver, Links, Place, Ports};
 use isolux_units::Millimetre;
@@ -211,6 +211,15 @@ impl Catalogue {
     pub async fn power_meter(&self, open: &str) -> Result<Box<dyn PowerMeter>, OpenError> {
         let (target, factory) = self.factory(open, Kind::PowerMeter, |opens| opens.power_meter.as_ref())?;
         factory.open_power_meter(&target).await
+    }
+
+    /// Opens a recorder of waveforms.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub async fn waveform_recorder(&self, open: &str) -> Result<Box<dyn WaveformRecorder>, OpenError> {
+        let (target, factory) = self.factory(open, Kind::WaveformRecorder, |opens| opens.waveform_recorder.as_ref())?;
+        factory.open_waveform_recorder(&target).await
     }
 
     fn factory<'a, F: ?Sized>(

@@ -6,6 +6,7 @@ mod compare;
 mod convert;
 mod devices;
 mod diagnose;
+mod flicker;
 mod history;
 mod init;
 mod inspect;
@@ -49,6 +50,7 @@ pub enum Command {
     Convert(convert::Convert),
     Inspect(inspect::Inspect),
     Compare(compare::Compare),
+    Flicker(flicker::Flicker),
     Investigate(investigate::Investigate),
     Simulate(simulate::Simulate),
     Sweep(sweep::Sweep),
@@ -85,6 +87,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Flicker(arguments) => flicker::run(&arguments),
         Command::Investigate(arguments) => investigate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),

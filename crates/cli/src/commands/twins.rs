@@ -33,6 +33,8 @@ enum What {
     Powermeter(Serve),
     /// The lamp's supply.
     Supply(Serve),
+    /// An oscilloscope with a photodiode that sees the lamp, which is on.
+    Oscilloscope(Serve),
     Capture(Capture),
 }
 
@@ -175,6 +177,7 @@ pub fn run(arguments: &Virtual) -> Result<(), Failure> {
         What::Spectroradiometer(serving) => serve(serving, Twins::Spectroradiometer),
         What::Powermeter(serving) => serve(serving, Twins::PowerMeter),
         What::Supply(serving) => serve(serving, Twins::Supply),
+        What::Oscilloscope(serving) => serve(serving, Twins::Oscilloscope),
         What::Capture(capturing) => capture(capturing),
     }
 }

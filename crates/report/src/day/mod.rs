@@ -9,6 +9,7 @@ mod conditions;
 mod conformity;
 mod data_sheet;
 mod light;
+mod modulation;
 mod record;
 mod results;
 mod simulated;
@@ -19,6 +20,7 @@ mod words;
 pub use amendments::{Amendment, Change, amended, changes};
 pub use colour_over_angle::{figures as colour_figures, sentence as colour_sentence};
 pub use data_sheet::data_sheet;
+pub use modulation::facts as modulation_facts;
 pub use results::{DayLayout, DayResults, Diagnosed};
 
 use crate::document::{Document, Section};
@@ -51,6 +53,7 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
     add("colour", colour::section(day_results));
     add("colour_over_angle", colour_over_angle::section(&day_results.reduction));
     add("glare", Some(light::glare(day_results)));
+    add("light_modulation", modulation::section(day_results));
     add("conditions", Some(conditions::section(day_results)));
     add("uncertainty", Some(uncertainty::section(day_results)));
     add("simulation", Some(simulated::section(day_results)?));

@@ -4,6 +4,7 @@ use camino::Utf8PathBuf;
 use isolux_conformity::Conformity;
 use isolux_diagnose::on_axis::Comparison;
 use isolux_model::Scene;
+use isolux_modulation::Modulation;
 use isolux_record::{Language, Run};
 use isolux_reduce::Reduction;
 use isolux_sim::simulation::Simulation;
@@ -36,6 +37,8 @@ pub struct DayResults {
     pub diagnosis: Option<Diagnosed>,
     /// Why there is none, where one was tried and failed.
     pub undiagnosed: Option<String>,
+    /// Light over time, where the job names a waveform of it.
+    pub light_modulation: Option<Modulation>,
     /// Files of `results/` that are of another reduction.
     pub stale: Vec<&'static str>,
 }
@@ -107,6 +110,14 @@ impl DayResults {
                 delta.value.stated()
             )
         }));
+        if let Some(modulation) = &self.light_modulation {
+            lines.push(format!(
+                "modulation depth      {}",
+                modulation.modulation_depth.stated()
+            ));
+            lines.push(format!("SVM                   {}", modulation.svm.stated()));
+            lines.push(format!("PstLM                 {}", modulation.pst_lm.stated()));
+        }
         lines.push(format!("mean on the sensor    {}", mean(facts)));
         let [met, not_met, not_known] = self.conformity.standings();
         lines.push(format!(

@@ -13,6 +13,7 @@ mod difference;
 mod factor_drift;
 mod isocandela;
 mod isolux;
+mod modulation;
 mod polar;
 mod scale_bar;
 mod shown;
@@ -35,6 +36,7 @@ pub use difference::{DifferenceCurve, difference_over_gamma, difference_over_sph
 pub use factor_drift::{FactorDrift, factor_drift};
 pub use isocandela::isocandela;
 pub use isolux::{IsoluxOptions, isolux};
+pub use modulation::{light_over_frequency, light_over_time};
 pub use polar::{PolarOptions, PolarSoFar, polar, polar_so_far};
 pub use solid::solid;
 pub use spectrum::{SpectrumOptions, spectrum, spectrum_beside};

@@ -11,6 +11,7 @@ mod luxmeter;
 mod mavo;
 mod modbus_lux;
 mod oriental;
+mod oscilloscope;
 mod p9710;
 mod parker;
 mod powermeter;
@@ -40,13 +41,14 @@ pub const TWINS: &[TwinKind] = &[
     powermeter::TWIN,
     wt300::TWIN,
     supply::TWIN,
+    oscilloscope::TWIN,
 ];
 
 /// Parts of a station that hang on the axes' controller where it has outputs and inputs.
 const OUTPUTS: [&str; 5] = ["rail", "lamp", "shutter", "baffle", "ambient"];
 
 /// Instruments that a room has only where they are chosen.
-const CHOSEN_ONLY: [Instrument; 2] = [Instrument::Powermeter, Instrument::Supply];
+const CHOSEN_ONLY: [Instrument; 3] = [Instrument::Powermeter, Instrument::Supply, Instrument::Oscilloscope];
 
 /// Which twin plays which instrument.
 #[derive(Clone)]

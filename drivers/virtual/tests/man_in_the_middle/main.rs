@@ -13,6 +13,7 @@ mod light;
 mod middle;
 mod power;
 mod spectra;
+mod waveform;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -167,6 +168,7 @@ async fn no_twin_is_made_to_lie() {
             Instrument::Spectroradiometer => spectra::attack(twin, &choice, salt).await,
             Instrument::Powermeter => power::attack_meter(twin, &choice, salt).await,
             Instrument::Supply => power::attack_supply(twin, &choice, salt).await,
+            Instrument::Oscilloscope => waveform::attack(twin, &choice, salt).await,
         }
     }
 }
