@@ -4,6 +4,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{DocumentError, Fault, SourceText, read_text};
+use crate::rated::{EuLabel, Ratings};
 use crate::subject::{Commission, Luminaire, Subject};
 
 /// Value of `format` in a job file.
@@ -23,6 +24,10 @@ struct JobDocument {
     luminaire: Luminaire,
     #[serde(default)]
     report: Commission,
+    #[serde(default)]
+    ratings: Ratings,
+    #[serde(default)]
+    eu_label: EuLabel,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,6 +59,8 @@ impl Job {
         let subject = Subject {
             luminaire: job.luminaire,
             report: job.report,
+            ratings: job.ratings,
+            eu_label: job.eu_label,
         };
         subject.check().map_err(|fault| source.locate(&fault))?;
         let folder = file.parent().unwrap_or(Utf8Path::new(""));

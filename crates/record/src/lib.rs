@@ -12,6 +12,7 @@ pub mod lines;
 pub mod observation;
 pub mod own_clock;
 pub mod plan;
+pub mod rated;
 pub mod reading;
 pub mod readings;
 pub mod responsivity;

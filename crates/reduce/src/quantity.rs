@@ -113,6 +113,21 @@ impl Quantity {
         self.u_of_parts / self.value.abs()
     }
 
+    /// The same times a constant, in another unit.
+    #[must_use]
+    pub fn times(&self, factor: f64, unit: &'static str) -> Self {
+        let parts = self.parts.iter().map(|(name, part)| (name.clone(), part * factor));
+        Self::new(self.value * factor, unit, parts).lacking(self.missing.iter().cloned())
+    }
+
+    /// The same times another, independent quantity, whose parts become one.
+    #[must_use]
+    pub fn by(&self, other: &Self, unit: &'static str, name: &'static str) -> Self {
+        let product = self.times(other.value, unit);
+        let part = product.value * other.u_of_parts_rel();
+        product.with_part(name, part).lacking(other.missing.iter().cloned())
+    }
+
     /// The same divided by another, independent quantity, whose parts become one.
     #[must_use]
     pub fn over(&self, other: &Self, unit: &'static str, name: &'static str) -> Self {

@@ -191,7 +191,7 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
         let table: Table = text
             .parse()
             .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
-        let subject = (["luminaire", "report"].into_iter())
+        let subject = (["luminaire", "report", "ratings", "eu_label"].into_iter())
             .filter_map(|name| Some((name.to_owned(), table.get(name)?.clone())))
             .collect::<Table>();
         return Ok(OfReport {

@@ -5,7 +5,9 @@
 mod colour;
 mod colour_over_angle;
 mod conditions;
+mod eu_label;
 mod light;
+mod ratings;
 mod record;
 mod results;
 mod simulated;
@@ -43,6 +45,8 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
     sections.extend(colour::section(day_results));
     sections.extend(colour_over_angle::section(&day_results.reduction));
     sections.push(light::glare(day_results));
+    sections.extend(ratings::section(day_results)?);
+    sections.extend(eu_label::section(day_results)?);
     sections.push(conditions::section(day_results));
     sections.push(uncertainty::section(day_results));
     sections.push(simulated::section(day_results)?);
