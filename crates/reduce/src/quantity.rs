@@ -103,6 +103,18 @@ impl Quantity {
         }
     }
 
+    /// As [`stated`](Self::stated), without what is missing: for a table that names it once.
+    pub fn brief(&self) -> String {
+        if self.u.is_some() {
+            return self.stated();
+        }
+        let unit = match self.unit.as_ref() {
+            unit @ ("" | "°") => unit.to_owned(),
+            unit => format!(" {unit}"),
+        };
+        format!("{}{unit}", self.rounded().value)
+    }
+
     /// Relative standard uncertainty, where nothing is missing.
     pub fn u_rel(&self) -> Option<f64> {
         self.u.map(|u| u / self.value.abs())

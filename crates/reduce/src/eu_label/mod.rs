@@ -14,7 +14,7 @@ pub use class::{Class, f_tm};
 pub use file::FILE;
 pub(crate) use file::file;
 pub use flux::{Cone, Directional};
-pub use rows::{Known, Row};
+pub use rows::{Known, NOT_STATED, Row};
 
 use crate::error::ReduceError;
 use crate::{Quantity, Reduction};

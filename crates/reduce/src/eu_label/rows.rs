@@ -6,6 +6,7 @@ use isolux_units::digits::K;
 
 use super::{Cone, Label};
 use crate::colour::Colour;
+use crate::quantity::no_uncertainty;
 use crate::ratings::rated_colour;
 use crate::{Quantity, Reduction};
 
@@ -43,7 +44,8 @@ const NO_HARMONICS: &str = "not measured: cos φ1 needs a power meter that separ
     the power factor holds the harmonics as well";
 const NO_SPECTRUM: &str = "no spectrum was taken";
 const NO_POWER: &str = "no power meter was read";
-const NOT_STATED: &str = "not stated in [eu_label.stated] of the job";
+/// Why a text of the supplier is not known.
+pub const NOT_STATED: &str = "not stated in [eu_label.stated] of the job";
 
 /// All rows, in the order of Table 3.
 pub(super) fn rows(label: &Label, reduction: &Reduction, run: &Run) -> Vec<Row> {
@@ -325,8 +327,8 @@ impl Label {
             (Ok(efficacy), Some(class)) => format!(
                 "Class {}: total mains efficacy {}, of {} in the {}.",
                 class.letter(),
-                efficacy.stated(),
-                self.useful_flux.stated(),
+                efficacy.brief(),
+                self.useful_flux.brief(),
                 self.cone.words()
             ),
             (Err(why), _) => format!("The class is not known: {why}."),
@@ -340,7 +342,7 @@ impl Label {
         };
         let share = format!(
             "The light source is {kind} (80 % within the cone of 120° are needed): {} lie there, about γ {}°.",
-            directional.share.stated(),
+            directional.share.brief(),
             directional.axis_gamma_deg
         );
         let others: Vec<String> = self
@@ -350,7 +352,13 @@ impl Label {
             .collect();
         let probabilities = match (others.len(), self.class) {
             (_, None) => String::new(),
-            (0, _) => " How probable another class is, is not known: the efficacy has no uncertainty.".to_owned(),
+            (0, _) => {
+                let missing = self
+                    .efficacy
+                    .as_ref()
+                    .map_or_else(|_| String::new(), |of| no_uncertainty(&of.missing));
+                format!(" How probable another class is, is not known: the efficacy has {missing}.")
+            }
             _ => format!(
                 " Probability by the uncertainty of the efficacy alone: {}.",
                 others.join(", ")

@@ -20,6 +20,8 @@ pub struct OutdoorZones {
     pub uplight: Option<usize>,
     /// Uplight in lm that cannot be told from none: the expanded uncertainty (k = 2) of the larger of both zones.
     pub uplight_unseen_lm: Option<f64>,
+    /// Whether something is missing in the uncertainties.
+    pub lacking: bool,
 }
 
 /// The zones; none where the job names no street side, or the horizontal was not reached.
@@ -50,6 +52,7 @@ pub fn outdoor(reduction: &Reduction, run: &Run) -> Result<Option<OutdoorZones>,
         uplight: up.map(|(ul, uh)| uplight_rating(ul.value.max(0.0), uh.value.max(0.0))),
         uplight_unseen_lm: up.map(|(ul, uh)| 2.0 * ul.u_of_parts.max(uh.u_of_parts)),
         street_side_c_deg,
+        lacking: !reduction.flux.missing.is_empty(),
         zones,
     }))
 }

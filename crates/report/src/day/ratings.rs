@@ -3,7 +3,7 @@
 
 use isolux_photometry::ratings::LcsZone;
 use isolux_reduce::ratings::{HazardDistance, OutdoorZones, hazard_distance, outdoor, photon_flux, rated_colour};
-use isolux_reduce::{Quantity, ReduceError};
+use isolux_reduce::{Quantity, ReduceError, no_uncertainty};
 use isolux_units::digits::significant;
 
 use super::results::DayResults;
@@ -91,17 +91,22 @@ fn outdoor_luminaire(section: &mut Section, found: &OutdoorZones) {
         .sum();
     let rows = found.zones.iter().map(|(zone, flux)| {
         let (stated, share) = match flux {
-            Some(flux) => (flux.stated(), format!("{:.1} %", 100.0 * flux.value / total)),
+            Some(flux) => (flux.brief(), format!("{:.1} %", 100.0 * flux.value / total)),
             None => ("not measured".to_owned(), "–".to_owned()),
         };
         vec![format!("{}, {}", zone.name(), what(*zone)), stated, share]
     });
     let rows = rows.collect();
     section.numbers(["zone", "flux", "of the total"].map(str::to_owned).to_vec(), rows);
+    let missing = found.zones.iter().find_map(|(_, flux)| Some(&flux.as_ref()?.missing));
+    if let Some(missing) = missing.filter(|missing| !missing.is_empty()) {
+        section.paragraph(format!("The zones have {}.", no_uncertainty(missing)));
+    }
     let uplight = match (found.uplight, found.uplight_unseen_lm) {
         (Some(uplight), Some(unseen_lm)) => format!(
-            "U{uplight} by the measured numbers. U0 is 0 lm of uplight, which no measurement shows: up to {} lm (k = 2) cannot be told \
-             from none here.",
+            "U{uplight} by the measured numbers. U0 is 0 lm of uplight, which no measurement shows: {} {} lm in a zone (k = 2) cannot be \
+             told from none here.",
+            if found.lacking { "at least" } else { "up to" },
             significant(unseen_lm, 2)
         ),
         _ => "No uplight rating: γ was not measured to 180°.".to_owned(),
