@@ -93,6 +93,7 @@ impl From<ViewError> for Failure {
     fn from(error: ViewError) -> Self {
         match error {
             ViewError::Model(error) => Self::bad_input(error),
+            ViewError::Rating(error) => Self::bad_input(error),
             ViewError::Script(error) => Self::instrument(error),
         }
     }

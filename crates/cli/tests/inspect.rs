@@ -228,3 +228,59 @@ fn an_option_that_does_not_apply_is_refused() {
         assert!(!folder.join(target).exists());
     }
 }
+
+#[test]
+fn ratings_need_what_the_person_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "lamp.ies", LAMP.replace("100 70 0", "1000 700 100"));
+    let plain = inspected(&isolux(folder, &["inspect", "--json", "lamp.ies"], None));
+    assert_eq!(plain["quantities"].get("outdoor"), None, "{plain}");
+    let street = ["inspect", "--json", "lamp.ies", "--street-side", "90"];
+    let found = inspected(&isolux(folder, &street, None));
+    let outdoor = &found["quantities"]["outdoor"];
+    assert_eq!(outdoor["street_side_c_deg"], 90.0, "{found}");
+    // The file ends at the horizontal in light.
+    assert!(
+        outdoor["uplight_rating"].is_null() && outdoor["backlight_rating"] == 1,
+        "{found}"
+    );
+    let refused = isolux(folder, &["inspect", "lamp.ies", "--street-side", "360"], None);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+
+    write(
+        folder,
+        "led.csv",
+        "wavelength_nm,value\n380,0\n450,3\n500,1\n560,2\n780,0\n",
+    );
+    // V(λ), roughly: of every light its daylight efficacy ratio is near one.
+    write(
+        folder,
+        "v.csv",
+        "wavelength_nm,value\n450,0\n500,0.32\n520,0.71\n555,1\n590,0.76\n620,0.38\n680,0\n",
+    );
+    let spectrum = [
+        "inspect",
+        "--json",
+        "led.csv",
+        "--rated-cct",
+        "6000",
+        "--action",
+        "v.csv",
+    ];
+    let found = inspected(&isolux(folder, &spectrum, None));
+    let of = &found["quantities"];
+    assert_eq!(of["rated_colour"]["of"], "CIE daylight", "{found}");
+    assert!(of["rated_colour"]["steps"].as_f64().unwrap() > 1.0, "{found}");
+    assert!(
+        (of["daylight_efficacy_ratio"].as_f64().unwrap() - 1.0).abs() < 0.03,
+        "{found}"
+    );
+    let k_bv = of["k_bv_mw_per_lm"].as_f64().unwrap();
+    assert!(
+        (of["e_thr_lx"].as_f64().unwrap() * k_bv / 1000.0 - 1.0).abs() < 1e-12,
+        "{found}"
+    );
+    let refused = isolux(folder, &["inspect", "led.csv", "--rated-cct", "warm"], None);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+}

@@ -41,4 +41,4 @@ pub use formats::{
 pub use isolux_photometry::Symmetry;
 pub use options::{Beside, Opened, ReadOptions, WriteOptions};
 pub use parsed::{Format, Kind, LARGEST_FILE, Parsed, Written};
-pub use quantities::{GlareTable, Quantities};
+pub use quantities::{GlareTable, LuminanceTable, Outdoor, Quantities, SCREEN_LIMITS_CD_M2, SCREEN_LUMINANCE_CD_M2};

@@ -1,7 +1,9 @@
 //! The quantities that a photometrist reads off a distribution.
 
 mod glare;
+mod luminance;
 mod luminous_body;
+mod outdoor;
 pub(crate) mod utilisation;
 
 use isolux_photometry::IntensityDistribution;
@@ -12,6 +14,8 @@ use crate::distribution::Distribution;
 use crate::distribution::Native;
 use crate::ies::OwnLight;
 pub use glare::GlareTable;
+pub use luminance::{LuminanceTable, SCREEN_LIMITS_CD_M2, SCREEN_LUMINANCE_CD_M2};
+pub use outdoor::Outdoor;
 
 /// The quantities of one distribution, with the keys that `inspect --json` prints; what the file does not allow is null.
 /// A table of type A or B has its own flux and peak; the rest is of the light over C-γ.
@@ -43,6 +47,12 @@ pub struct Quantities {
     pub field_angle_deg: Vec<Option<f64>>,
     /// Luminous area seen along γ 0°.
     pub luminous_area_mm2: Option<f64>,
+    /// Mean luminance of the luminous area in the directions in which luminaires are seen; absent without an area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub luminance: Option<LuminanceTable>,
+    /// Zones of the classification of outdoor luminaires; absent where it does not apply.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outdoor: Option<Outdoor>,
     /// UGR of standard rooms; null without a luminous area or without downward light.
     pub ugr: Option<GlareTable>,
     /// Direct ratios of the room indices 0.6 to 5.
@@ -87,6 +97,8 @@ impl Distribution {
             beam_angle_deg: angles(|grid, plane| grid.beam_angle(plane).map(|beam| beam.full_angle_deg())),
             field_angle_deg: angles(|grid, plane| grid.field_angle(plane).map(|field| field.full_angle_deg())),
             luminous_area_mm2: self.luminaire.luminous_area_mm2(),
+            luminance: luminance::table(self),
+            outdoor: outdoor::by_convention(self),
             ugr: glare::table(self),
             direct_ratios: utilisation::direct_ratios(grid),
             cie_flux_code: utilisation::cie_flux_code(grid, self.lamp_flux_lm),

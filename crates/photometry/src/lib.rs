@@ -18,6 +18,8 @@ mod distribution;
 mod divergence;
 mod flux;
 mod half_planes;
+pub mod ratings;
+mod sector;
 mod smooth;
 mod symmetry;
 
@@ -30,4 +32,5 @@ pub use distribution::{DistributionError, IntensityDistribution, Peak};
 pub use divergence::Divergence;
 pub use flux::linear_times_sine;
 pub use half_planes::{HalfPlanes, HalfPlanesError};
+pub use sector::Sector;
 pub use symmetry::{Symmetry, SymmetryError};

@@ -31,13 +31,15 @@ impl Language {
 
 /// Sections of a report by the names that `sections` has for them, in the order in which they stand without it. The
 /// first page and the provenance are always there.
-pub const SECTIONS: [&str; 14] = [
+pub const SECTIONS: [&str; 16] = [
     "conformity",
     "distribution",
     "flux",
     "colour",
     "colour_over_angle",
     "glare",
+    "ratings",
+    "eu_label",
     "light_modulation",
     "conditions",
     "uncertainty",

@@ -1,8 +1,10 @@
-//! What is measured, and for whom: the tables `[luminaire]` and `[report]` of a job, kept in run.toml.
+//! What is measured, for whom, and what it is rated by: the tables `[luminaire]`, `[report]`, `[ratings]` and
+//! `[eu_label]` of a job, kept in run.toml.
 
 use serde::{Deserialize, Serialize};
 
 use crate::document::Fault;
+use crate::rated::{EuLabel, Ratings};
 
 /// The luminaire under test, as its owner describes it. What is not stated is not known.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -157,8 +159,8 @@ impl Commission {
     }
 }
 
-/// Both tables.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+/// All tables.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Subject {
     /// What is measured.
@@ -167,12 +169,18 @@ pub struct Subject {
     /// For whom.
     #[serde(skip_serializing_if = "Commission::is_empty")]
     pub report: Commission,
+    /// What its light is rated by.
+    #[serde(skip_serializing_if = "Ratings::is_empty")]
+    pub ratings: Ratings,
+    /// The light source for an EU energy label.
+    #[serde(skip_serializing_if = "EuLabel::is_empty")]
+    pub eu_label: EuLabel,
 }
 
 impl Subject {
     /// Whether nothing is stated.
     pub fn is_empty(&self) -> bool {
-        self.luminaire.is_empty() && self.report.is_empty()
+        self.luminaire.is_empty() && self.report.is_empty() && self.ratings.is_empty() && self.eu_label.is_empty()
     }
 
     /// Refuses texts that the files of the results cannot hold.
@@ -191,7 +199,8 @@ impl Subject {
                     .map_err(|message| Fault::new(format!("{table}.{}", key.name), message))?;
             }
         }
-        Ok(())
+        self.ratings.check()?;
+        self.eu_label.check()
     }
 }
 

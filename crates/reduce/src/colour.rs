@@ -34,10 +34,14 @@ pub struct Colour {
     pub rf: Option<Quantity>,
     /// Colour gamut index.
     pub rg: Option<Quantity>,
+    /// Blue-light hazard efficacy of luminous radiation K_B,v, mW/lm.
+    pub k_bv: Option<Quantity>,
+    /// Photons of 400–700 nm for each 1000 lm, µmol/s/klm.
+    pub photons: Option<Quantity>,
 }
 
 /// How many numbers.
-pub const COUNT: usize = 10;
+pub const COUNT: usize = 12;
 /// Values of the spectrum (1 nm) that share a slope.
 const EVERY: usize = 10;
 /// By what a value is moved, relative to the largest.
@@ -83,6 +87,8 @@ impl Colour {
             r9: quantity(7, ""),
             rf: quantity(8, ""),
             rg: quantity(9, ""),
+            k_bv: quantity(10, "mW/lm"),
+            photons: quantity(11, "µmol/s/klm"),
         }
     }
 }
@@ -111,7 +117,7 @@ pub fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUN
     squares.map(f64::sqrt)
 }
 
-/// CCT, Duv, x, y, u′, v′, Ra, R9, Rf, Rg; none where the light has no such number.
+/// CCT, Duv, x, y, u′, v′, Ra, R9, Rf, Rg, K_B,v and photons; none where the light has no such number.
 pub fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
     let chromaticity = spectrum.chromaticity();
     let uv = chromaticity.map(isolux_spectrum::Chromaticity::uv_1976);
@@ -130,6 +136,8 @@ pub fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
         rendering.as_ref().map(|rendering| rendering.r[8]),
         fidelity.as_ref().map(|fidelity| fidelity.rf),
         fidelity.as_ref().map(|fidelity| fidelity.rg),
+        spectrum.k_bv_w_per_lm().map(|k_bv| 1e3 * k_bv),
+        spectrum.photons_umol_per_s_lm().map(|photons| 1e3 * photons),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! Samples → one intensity distribution, with one value at the poles.
 
-use isolux_photometry::{Circle, IntensityDistribution, Symmetry};
+use isolux_photometry::{Circle, IntensityDistribution, Sector, Symmetry};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -104,6 +104,11 @@ impl Grid {
     /// Weight of every node in the luminous flux, in sr: Φ = Σ w·I.
     pub fn flux_weights_sr(&self) -> Vec<f64> {
         self.shared_at_poles(self.distribution.flux_weights_sr())
+    }
+
+    /// Weight of every node in the luminous flux of a part of the sphere, in sr.
+    pub fn sector_weights_sr(&self, sector: &Sector) -> Vec<f64> {
+        self.shared_at_poles(self.distribution.sector_weights_sr(sector))
     }
 
     /// Weight of every node in the intensity towards one direction.

@@ -103,6 +103,18 @@ impl Quantity {
         }
     }
 
+    /// As [`stated`](Self::stated), without what is missing: for a table that names it once.
+    pub fn brief(&self) -> String {
+        if self.u.is_some() {
+            return self.stated();
+        }
+        let unit = match self.unit.as_ref() {
+            unit @ ("" | "°") => unit.to_owned(),
+            unit => format!(" {unit}"),
+        };
+        format!("{}{unit}", self.rounded().value)
+    }
+
     /// Relative standard uncertainty, where nothing is missing.
     pub fn u_rel(&self) -> Option<f64> {
         self.u.map(|u| u / self.value.abs())
@@ -111,6 +123,21 @@ impl Quantity {
     /// The known parts relative to the value.
     pub fn u_of_parts_rel(&self) -> f64 {
         self.u_of_parts / self.value.abs()
+    }
+
+    /// The same times a constant, in another unit.
+    #[must_use]
+    pub fn times(&self, factor: f64, unit: &'static str) -> Self {
+        let parts = self.parts.iter().map(|(name, part)| (name.clone(), part * factor));
+        Self::new(self.value * factor, unit, parts).lacking(self.missing.iter().cloned())
+    }
+
+    /// The same times another, independent quantity, whose parts become one.
+    #[must_use]
+    pub fn by(&self, other: &Self, unit: &'static str, name: &'static str) -> Self {
+        let product = self.times(other.value, unit);
+        let part = product.value * other.u_of_parts_rel();
+        product.with_part(name, part).lacking(other.missing.iter().cloned())
     }
 
     /// The same divided by another, independent quantity, whose parts become one.

@@ -70,6 +70,7 @@ pub fn files(
     files.extend(spectral_files(reduction, run, program));
     files.extend(observed_spectrum(reduction, run));
     files.extend(colours::files(reduction, run, program));
+    files.extend(crate::eu_label::file(reduction, run)?);
     let model = model_toml(reduction, run, run_files);
     files.push(ResultFile {
         name: named("luminaire.model.toml"),
@@ -130,6 +131,8 @@ fn provenance(
         "run": { "started_utc": run.header.started_utc, "sha256": object(hashes(run_files)) },
         "luminaire": run.header.luminaire,
         "report": run.header.report,
+        "ratings": run.header.ratings,
+        "eu_label": run.header.eu_label,
         "devices": run.header.device,
         "without": reduction.without,
         "accepted_drift": reduction.accepted,

@@ -3,6 +3,7 @@
 mod meter;
 mod missing;
 mod partial;
+mod rated;
 mod shapes;
 
 use camino::Utf8Path;

@@ -19,6 +19,9 @@ pub enum ViewError {
     /// The scene does not go into a script.
     #[error(transparent)]
     Script(#[from] serde_json::Error),
+    /// The readings give no rating.
+    #[error(transparent)]
+    Rating(#[from] isolux_reduce::ReduceError),
 }
 
 /// Rays that the view shows.

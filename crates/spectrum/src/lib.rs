@@ -4,6 +4,7 @@
 //! the range of V(λ) (CIE 018:2019), of [`Spectrum::per_nm`], so that a number does not depend on the spacing of a
 //! file.
 
+pub mod action;
 pub mod cct;
 pub mod cie;
 mod colour;
@@ -16,6 +17,7 @@ pub mod rendering;
 mod resample;
 mod shape;
 mod spectrum;
+pub mod steps;
 #[expect(clippy::approx_constant, reason = "a reflectance of 0.318 is not 1/π")]
 mod tables;
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{EQUAL_ENERGY, Spectrum, dominant, fidelity, meter, rendering};
+use crate::{EQUAL_ENERGY, Spectrum, action, dominant, fidelity, meter, rendering};
 
 /// The quantities of one spectrum. What the data do not allow is none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,6 +52,15 @@ pub struct Quantities {
     pub rcs_hue_percent: Option<[f64; 16]>,
     /// S/P ratio.
     pub sp_ratio: Option<f64>,
+    /// Blue-light hazard efficacy of luminous radiation K_B,v, mW/lm (IEC TR 62778).
+    #[serde(default)]
+    pub k_bv_mw_per_lm: Option<f64>,
+    /// Illuminance below which the light is of no higher risk group than 1 whatever the size of its source, lx.
+    #[serde(default)]
+    pub e_thr_lx: Option<f64>,
+    /// Photons of 400–700 nm for each 1000 lm, µmol/s.
+    #[serde(default)]
+    pub photons_umol_per_s_klm: Option<f64>,
     /// f1′ if these values are a meter's responsivity, as a fraction.
     pub f1_prime: Option<f64>,
 }
@@ -67,6 +76,7 @@ pub fn quantities(data: &Spectrum) -> Quantities {
     let colour = chromaticity.and_then(|c| dominant(c, EQUAL_ENERGY));
     let rendering = rendering::rendering(spectrum);
     let fidelity = fidelity::fidelity(spectrum);
+    let k_bv = spectrum.k_bv_w_per_lm();
     Quantities {
         integral: spectrum.integral(),
         luminous_integral: spectrum.luminous_integral(),
@@ -90,6 +100,9 @@ pub fn quantities(data: &Spectrum) -> Quantities {
         rf_hue: fidelity.as_ref().map(|f| f.bins.map(|b| b.rf)),
         rcs_hue_percent: fidelity.as_ref().map(|f| f.bins.map(|b| b.chroma_shift_percent)),
         sp_ratio: spectrum.sp_ratio(),
+        k_bv_mw_per_lm: k_bv.map(|k_bv| 1e3 * k_bv),
+        e_thr_lx: k_bv.filter(|k_bv| *k_bv > 0.0).map(action::threshold_illuminance_lx),
+        photons_umol_per_s_klm: spectrum.photons_umol_per_s_lm().map(|photons| 1e3 * photons),
         f1_prime: meter::f1_prime(spectrum),
     }
 }

@@ -301,7 +301,7 @@ pub(crate) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
             .map(Value::try_into::<LightModulation>)
             .transpose()
             .map_err(wrong)?;
-        let subject = (["luminaire", "report"].into_iter())
+        let subject = (["luminaire", "report", "ratings", "eu_label"].into_iter())
             .filter_map(|name| Some((name.to_owned(), table.get(name)?.clone())))
             .collect::<Table>();
         return Ok(OfReport {

@@ -1,5 +1,6 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
+mod action;
 mod colour;
 mod coloured;
 mod inspection;
@@ -16,6 +17,7 @@ use isolux_formats::{Content, Parsed, ReadOptions};
 use self::read::parsed;
 use self::source::OpenFile;
 
+pub use action::{Action, RatedColour, is_rated_cct_k};
 pub use coloured::{AngularColour, ColourOfDirection, ColouredQuantities};
 pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;
@@ -49,6 +51,8 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
             Quantities::Spectrum(Box::new(SpectrumQuantities {
                 of,
                 spectral_mismatch: None,
+                rated_colour: None,
+                daylight_efficacy_ratio: None,
             }))
         }),
         None => Quantities::None {},

@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::formats::inspect::{self, Inspection, Meter};
+use isolux_app::formats::inspect::{self, Action, Inspection, Meter};
 use isolux_app::formats::plot;
 use isolux_app::formats::{Finding, Severity};
 
@@ -38,13 +38,37 @@ pub struct Inspect {
     /// The spectrum that the meter was calibrated with; CIE illuminant A if not given.
     #[arg(long, value_name = "FILE", requires = "meter")]
     calibrated_with: Option<Utf8PathBuf>,
+    /// Half-plane C in degrees of the street side of an outdoor luminaire, for its zones and ratings (IES TM-15-11). If not
+    /// given: C 90 of EULUMDAT, C 0 of LM-63, of a luminaire that sends more light there than to the other side.
+    #[arg(long, value_name = "C_DEG", value_parser = c_deg)]
+    street_side: Option<f64>,
+    /// Rated colour temperature in K: adds the distance of every spectrum from that colour in steps of 0.0011 in u′v′.
+    #[arg(long, value_name = "K", value_parser = rated_cct_k)]
+    rated_cct: Option<f64>,
+    /// An action spectrum (two columns: wavelength, value), such as the melanopic one of CIE S 026: adds the daylight
+    /// efficacy ratio of every spectrum.
+    #[arg(long, value_name = "FILE")]
+    action: Option<Utf8PathBuf>,
     #[command(flatten)]
     reading: Reading,
+}
+
+/// A half-plane C.
+fn c_deg(text: &str) -> Result<f64, String> {
+    let degrees = text.trim().parse().ok().filter(|c: &f64| (0.0..360.0).contains(c));
+    degrees.ok_or_else(|| "a half-plane C from 0 to below 360 is needed, in degrees".to_owned())
+}
+
+/// A colour temperature for which there is a colour.
+fn rated_cct_k(text: &str) -> Result<f64, String> {
+    let kelvins = text.trim().parse().ok().filter(|k: &f64| inspect::is_rated_cct_k(*k));
+    kelvins.ok_or_else(|| "a colour temperature from 1000 to 25000 is needed, in K".to_owned())
 }
 
 /// Runs the command.
 pub fn run(arguments: &Inspect) -> Result<(), Failure> {
     let overwrite = Overwrite::requested(arguments.force);
+    let action = arguments.action.as_deref().map(Action::read).transpose()?;
     let meter = arguments
         .meter
         .as_ref()
@@ -53,12 +77,12 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
     let options = arguments.reading.options();
     let looked_at = arguments.files.iter().flat_map(|file| inspect::file(file, options));
     let wrong = match &arguments.plot {
-        None => tell(looked_at, arguments, meter.as_ref(), overwrite)?,
+        None => tell(looked_at, arguments, meter.as_ref(), action.as_ref(), overwrite)?,
         Some(folder) => {
             // All pictures have their names before the first is drawn.
             let all: Vec<Inspection> = looked_at.collect();
             plot::plan(&all, folder, overwrite)?;
-            tell(all.into_iter(), arguments, meter.as_ref(), overwrite)?
+            tell(all.into_iter(), arguments, meter.as_ref(), action.as_ref(), overwrite)?
         }
     };
     match wrong {
@@ -73,6 +97,7 @@ fn tell(
     inspections: impl Iterator<Item = Inspection>,
     arguments: &Inspect,
     meter: Option<&Meter>,
+    action: Option<&Action>,
     overwrite: Overwrite,
 ) -> Result<usize, Failure> {
     let mut wrong = 0;
@@ -80,6 +105,15 @@ fn tell(
         wrong += usize::from(inspection.has_error());
         if let Some(meter) = meter {
             inspection.seen_by(meter);
+        }
+        if let Some(street_side_c_deg) = arguments.street_side {
+            inspection.facing(street_side_c_deg);
+        }
+        if let Some(rated_cct_k) = arguments.rated_cct {
+            inspection.compared_with(rated_cct_k);
+        }
+        if let Some(action) = action {
+            inspection.acting_by(action);
         }
         if arguments.json {
             let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;

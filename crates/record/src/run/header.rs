@@ -11,6 +11,7 @@ use crate::disk::sha256;
 use crate::document::{SourceText, read_text};
 use crate::event::{Event, Logged, StopHow};
 use crate::plan::Plan;
+use crate::rated::{EuLabel, Ratings};
 use crate::reading::Reading;
 use crate::readings::Layout;
 use crate::responsivity::MeterCurves;
@@ -65,6 +66,12 @@ pub struct RunHeader {
     /// For whom.
     #[serde(default, skip_serializing_if = "Commission::is_empty")]
     pub report: Commission,
+    /// What its light is rated by.
+    #[serde(default, skip_serializing_if = "Ratings::is_empty")]
+    pub ratings: Ratings,
+    /// The light source for an EU energy label.
+    #[serde(default, skip_serializing_if = "EuLabel::is_empty")]
+    pub eu_label: EuLabel,
     /// What the history of the bench said of it when the run began.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bench_check: Vec<BenchCheck>,
@@ -263,6 +270,8 @@ impl RunHeader {
             luxmeter: None,
             luminaire: Luminaire::default(),
             report: Commission::default(),
+            ratings: Ratings::default(),
+            eu_label: EuLabel::default(),
             station,
             plan,
         }
@@ -273,6 +282,8 @@ impl RunHeader {
         if !subject.is_empty() {
             self.luminaire = subject.luminaire.clone();
             self.report = subject.report.clone();
+            self.ratings = subject.ratings.clone();
+            self.eu_label = subject.eu_label.clone();
         }
     }
 
@@ -281,6 +292,8 @@ impl RunHeader {
         Subject {
             luminaire: self.luminaire.clone(),
             report: self.report.clone(),
+            ratings: self.ratings.clone(),
+            eu_label: self.eu_label.clone(),
         }
     }
 

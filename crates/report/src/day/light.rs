@@ -2,7 +2,7 @@
 
 use crate::document::Section;
 use crate::plots::{IsoluxOptions, PolarOptions, cartesian, cone, cones, isocandela, isolux, zones};
-use isolux_formats::GlareTable;
+use isolux_formats::{GlareTable, LuminanceTable, SCREEN_LIMITS_CD_M2, SCREEN_LUMINANCE_CD_M2};
 use isolux_photometry::IntensityDistribution;
 use isolux_reduce::{Quantity, Reduction};
 use isolux_units::digits::significant;
@@ -178,31 +178,18 @@ fn flux_digits(lm: f64, day_results: &DayResults) -> String {
 pub fn glare(day_results: &DayResults) -> Section {
     let mut section = Section::new("Glare");
     let quantities = quantities(day_results);
-    let shown = &day_results.reduction.grid.distribution;
     let Some(area_mm2) = quantities.luminous_area_mm2 else {
         section.paragraph("The station states no luminous area: neither luminance nor UGR can be given.");
         return section;
     };
     section.paragraph(format!(
-        "Mean luminance of the luminous area of {} mm², flat and seen from γ, in cd/m².",
+        "Mean luminance of the luminous area of {} mm² as it is seen from C and γ, in cd/m². U is not evaluated: the area is a \
+         stated one.",
         significant(area_mm2, 4)
     ));
-    let planes: Vec<f64> = [0.0, 45.0, 90.0]
-        .into_iter()
-        .filter(|c| shown.plane_at(*c).is_some())
-        .collect();
-    let rows = [45.0, 55.0, 65.0, 75.0, 85.0]
-        .into_iter()
-        .map(|gamma: f64| {
-            let area_m2 = area_mm2 * 1e-6 * gamma.to_radians().cos();
-            let luminance = |c: &f64| significant(shown.intensity_cd_at(*c, gamma).max(0.0) / area_m2, 3);
-            std::iter::once(format!("γ {gamma}°"))
-                .chain(planes.iter().map(luminance))
-                .collect()
-        })
-        .collect();
-    let head = std::iter::once(String::new()).chain(planes.iter().map(|c| format!("C {c}°")));
-    section.numbers(head.collect(), rows);
+    if let Some(table) = &quantities.luminance {
+        luminance(&mut section, table);
+    }
     match &quantities.ugr {
         Some(table) => {
             let (head, rows, note) = ugr(table);
@@ -213,6 +200,35 @@ pub fn glare(day_results: &DayResults) -> Section {
         None => section.paragraph("UGR is not given: it needs light below the horizontal."),
     }
     section
+}
+
+/// The table by γ and half-plane, and what luminaires that are mirrored in screens may have.
+fn luminance(section: &mut Section, table: &LuminanceTable) {
+    const PLANES: usize = 12;
+    let every = table.c_deg.len().div_ceil(PLANES);
+    let planes = || (0..table.c_deg.len()).step_by(every);
+    let head = std::iter::once(String::new()).chain(planes().map(|plane| format!("C {}", angle(table.c_deg[plane]))));
+    let rows = table.gamma_deg.iter().zip(&table.cd_m2).map(|(gamma, row)| {
+        let cells = planes().map(|plane| row[plane].map_or_else(|| "–".to_owned(), |value| significant(value, 3)));
+        std::iter::once(format!("γ {gamma}°")).chain(cells).collect()
+    });
+    let rows = rows.collect();
+    section.numbers(head.collect(), rows);
+    let words = |limit: f64| {
+        if table.largest_from_65_cd_m2 <= limit {
+            "kept"
+        } else {
+            "exceeded"
+        }
+    };
+    let [bright, other] = SCREEN_LIMITS_CD_M2;
+    section.paragraph(format!(
+        "From γ 65° on at most {} cd/m². EN 12464-1:2011 (4.9.3, Table 4, case A: dark characters on light ground) allows \
+         {bright:.0} cd/m² where screens are brighter than {SCREEN_LUMINANCE_CD_M2:.0} cd/m²: {}; else {other:.0} cd/m²: {}.",
+        significant(table.largest_from_65_cd_m2, 3),
+        words(bright),
+        words(other)
+    ));
 }
 
 /// The table of 19 rooms: crosswise for the five sets of reflectances, then endwise.

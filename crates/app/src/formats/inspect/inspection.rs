@@ -5,6 +5,7 @@ use isolux_formats::{Content, Finding, Format, Kind, Severity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::action::RatedColour;
 use super::coloured::ColouredQuantities;
 use super::mismatch::Meter;
 use super::ray_quantities::RayQuantities;
@@ -55,6 +56,13 @@ pub struct SpectrumQuantities {
     /// Spectral mismatch correction factor of the meter that was given, null where it has none; absent without a meter.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     pub spectral_mismatch: Option<Option<f64>>,
+    /// Distance from the colour of the temperature that was given; absent without one, or without light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rated_colour: Option<RatedColour>,
+    /// Daylight efficacy ratio for the action spectrum that was given (CIE S 026), null where it has none; absent without
+    /// one.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    pub daylight_efficacy_ratio: Option<Option<f64>>,
 }
 
 /// A key that is there, null or not.
@@ -103,6 +111,29 @@ impl Inspection {
     /// Whether any finding is an error.
     pub fn has_error(&self) -> bool {
         self.findings.iter().any(|finding| finding.severity == Severity::Error)
+    }
+
+    /// Classifies a distribution as an outdoor luminaire whose street side is C = `street_side_c_deg`, whatever the
+    /// convention of its format; says so where its file does not allow that.
+    pub fn facing(&mut self, street_side_c_deg: f64) {
+        let Some(Content::Distribution(distribution)) = &self.content else {
+            return;
+        };
+        let outdoor = distribution.outdoor(street_side_c_deg);
+        if outdoor.is_none() {
+            self.findings.push(
+                Finding::warning(
+                    "no-outdoor-classification",
+                    "there is no classification of outdoor luminaires: the file does not hold candela from γ 0° to 90°",
+                )
+                .fix("measure the luminaire from γ 0° to 180°"),
+            );
+        }
+        match &mut self.quantities {
+            Quantities::Distribution(of) => of.outdoor = outdoor,
+            Quantities::Coloured(all) => all.of.outdoor = outdoor,
+            _ => {}
+        }
     }
 
     /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had, and

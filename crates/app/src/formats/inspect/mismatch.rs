@@ -51,7 +51,11 @@ impl Meter {
     }
 }
 
-fn spectrum(path: &Utf8Path, findings: &mut Vec<Finding>) -> Result<Spectrum, Failure> {
+/// The one spectrum of a file, and what was found in it.
+///
+/// # Errors
+/// A file that holds none or several, or one with an error.
+pub(super) fn spectrum(path: &Utf8Path, findings: &mut Vec<Finding>) -> Result<Spectrum, Failure> {
     let refuse = |why: &str| Failure::bad_input(format!("{path}: {why}")).help("isolux inspect names every finding");
     let mut all = read(path, ReadOptions::default()).map_err(|finding| refuse(&finding.message))?;
     if all.len() != 1 {

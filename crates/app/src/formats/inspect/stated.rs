@@ -1,8 +1,11 @@
 //! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
 use isolux_formats::spectral::SpectrumFile;
-use isolux_formats::{Content, Distribution, GlareTable, Quantities as DistributionQuantities};
-use isolux_units::digits::shortest;
+use isolux_formats::{
+    Content, Distribution, GlareTable, LuminanceTable, Outdoor, Quantities as DistributionQuantities,
+    SCREEN_LIMITS_CD_M2, SCREEN_LUMINANCE_CD_M2,
+};
+use isolux_units::digits::{shortest, significant};
 use serde_json::Value;
 
 use super::coloured::{AngularColour, ColourOfDirection};
@@ -71,8 +74,68 @@ impl Rows {
         if let Some(area) = of.luminous_area_mm2 {
             self.line("luminous area", format_args!("{} mm²", digits(area)));
         }
+        if let Some(table) = &of.luminance {
+            self.luminance(table);
+        }
         if let Some(table) = of.ugr.as_ref().filter(|_| units.luminous()) {
             self.glare(table);
+        }
+        if let Some(outdoor) = &of.outdoor {
+            self.outdoor(outdoor);
+        }
+    }
+
+    /// A row a γ, the largest over the half-planes, and what screens allow.
+    fn luminance(&mut self, table: &LuminanceTable) {
+        let rows = table.gamma_deg.iter().zip(&table.cd_m2);
+        let most = |row: &Vec<Option<f64>>| row.iter().flatten().copied().fold(0.0, f64::max);
+        let rows: Vec<String> = rows
+            .map(|(gamma, row)| format!("γ {gamma}° {}", significant(most(row), 3)))
+            .collect();
+        self.line(
+            "mean luminance",
+            format_args!("{} cd/m² (largest over C)", rows.join(", ")),
+        );
+        let limits = SCREEN_LIMITS_CD_M2.map(|limit| {
+            let kept = table.largest_from_65_cd_m2 <= limit;
+            format!("{} {limit:.0} cd/m²", if kept { "within" } else { "above" })
+        });
+        self.line(
+            "",
+            format_args!(
+                "from γ 65° {}, {} (EN 12464-1, screens above and up to {SCREEN_LUMINANCE_CD_M2:.0} cd/m²)",
+                limits[0], limits[1]
+            ),
+        );
+    }
+
+    /// The zones of TM-15 and their ratings.
+    fn outdoor(&mut self, of: &Outdoor) {
+        let street = digits(of.street_side_c_deg);
+        let zones = |zones: [(&str, f64); 4]| zones.map(|(name, lm)| format!("{name} {}", digits(lm))).join(", ");
+        let forward = [("FL", of.fl_lm), ("FM", of.fm_lm), ("FH", of.fh_lm), ("FVH", of.fvh_lm)];
+        let back = [("BL", of.bl_lm), ("BM", of.bm_lm), ("BH", of.bh_lm), ("BVH", of.bvh_lm)];
+        self.line(
+            "outdoor zones (TM-15)",
+            format_args!("{} lm (street side C {street}°)", zones(forward)),
+        );
+        self.line("", format_args!("{} lm", zones(back)));
+        let (ul, uh) = (of.ul_lm.map(digits), of.uh_lm.map(digits));
+        match (ul, uh, of.uplight_rating) {
+            (Some(ul), Some(uh), Some(uplight)) => {
+                self.line("", format_args!("UL {ul}, UH {uh} lm"));
+                self.line(
+                    "ratings B, U",
+                    format_args!("B{} U{uplight} (G is not rated)", of.backlight_rating),
+                );
+            }
+            _ => self.line(
+                "ratings B, U",
+                format_args!(
+                    "B{}; no U: the file ends at γ below 180° in light (G is not rated)",
+                    of.backlight_rating
+                ),
+            ),
         }
     }
 
@@ -165,6 +228,33 @@ impl Rows {
         self.with_unit(of.fwhm_nm, "width at half maximum", " nm");
         self.with_unit(of.ler_lm_per_w, "luminous efficacy", " lm/W (of the radiation)");
         self.with_unit(of.sp_ratio, "S/P ratio", "");
+        if let (Some(k_bv), Some(e_thr)) = (of.k_bv_mw_per_lm, of.e_thr_lx) {
+            self.line(
+                "blue-light hazard",
+                format_args!("K_B,v {} mW/lm, E_thr {} lx", digits(k_bv), digits(e_thr)),
+            );
+        }
+        self.with_unit(
+            of.photons_umol_per_s_klm,
+            "photons, 400–700 nm",
+            " µmol/s for each 1000 lm",
+        );
+        if let Some(rated) = &quantities.rated_colour {
+            self.line(
+                "rated colour",
+                format_args!(
+                    "{} steps from the {} of {} K (u′v′)",
+                    digits(rated.steps),
+                    rated.of,
+                    rated.cct_k
+                ),
+            );
+        }
+        self.with_unit(
+            quantities.daylight_efficacy_ratio.flatten(),
+            "daylight efficacy ratio",
+            " (of the action spectrum that was given)",
+        );
         if let Some(mismatch) = of.f1_prime {
             self.line(
                 "f1′",
