@@ -4,6 +4,33 @@ use isolux_record::plan::Instrument;
 use isolux_record::requirements::{DecisionRule, MeasuredWith};
 use isolux_record::{Conditions, DistanceClass, Plan, ReadingKind, Requirements, Station};
 
+/// The same of a scan without a job, which has no limits: what its bench leaves out of the conditions that instruments
+/// measure.
+pub fn not_measured(station: &Station, plan: &Plan) -> Vec<String> {
+    let meter = station.powermeter();
+    let lamp = station.lamp();
+    let missing = [
+        ("ambient temperature ([ambient])", station.ambient().is_none()),
+        ("supply voltage and power ([powermeter])", meter.is_none()),
+        ("stabilisation ([lamp])", lamp.is_none()),
+        (
+            "luminous diameter, for the distance (lamp.diameter_mm)",
+            lamp.is_none_or(|lamp| lamp.diameter_mm.is_none()),
+        ),
+        (
+            "uncertainty of the distance (bench.u_distance_mm)",
+            station.bench().u_distance_mm.is_none(),
+        ),
+    ];
+    let missing: Vec<&str> = missing.iter().filter(|(_, is)| *is).map(|(what, _)| *what).collect();
+    let mut sentences = Vec::new();
+    if !missing.is_empty() {
+        sentences.push(format!("conditions that the station does not know: {}", missing.join(", ")));
+    }
+    sentences.extend(too_near(station, plan));
+    sentences
+}
+
 /// One sentence for each claim that station, plan and job leave without a ground; empty where there is none.
 /// `has_waveform` is whether the job names a record of the light over time.
 pub fn not_claimable(

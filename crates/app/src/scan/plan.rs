@@ -18,6 +18,8 @@ pub struct Planned {
     pub run: DryRun,
     /// Rounding, noise and near field by distance.
     pub distances: Option<Distances>,
+    /// What a scan will not be able to claim, one sentence each.
+    pub not_claimable: Vec<String>,
 }
 
 /// The dry run of a plan file on a station file.
@@ -29,7 +31,17 @@ pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<Planned, Failure> {
     let (parsed, text) = load(plan)?;
     let run = dry_run(&station, &parsed).map_err(|fault| located(plan, &text, &fault))?;
     let distances = display(&station, &file).and_then(|display| distances(&station, &parsed, &display));
-    Ok(Planned { run, distances })
+    let not_claimable = not_claimable(&station, &parsed);
+    Ok(Planned {
+        run,
+        distances,
+        not_claimable,
+    })
+}
+
+/// What a scan of this plan will not be able to claim of its conditions, one sentence each. The limits of a job say more.
+pub fn not_claimable(station: &Station, plan: &Plan) -> Vec<String> {
+    isolux_conformity::before::not_measured(station, plan)
 }
 
 /// The ranges of the station's lux meter.

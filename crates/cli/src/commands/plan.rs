@@ -85,6 +85,9 @@ pub fn run(arguments: &Plan) -> Result<(), Failure> {
     if day.prompts > 0 {
         screen::say(format_args!("{} blocks ask a person", day.prompts))?;
     }
+    for sentence in &planned.not_claimable {
+        screen::say(format_args!("not to be claimed: {sentence}"))?;
+    }
     day.notes
         .iter()
         .try_for_each(|note| screen::say(format_args!("note: {note}")))

@@ -3,7 +3,7 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::front_end::progress::Progress;
+use isolux_app::front_end::progress::{Event, Progress};
 use isolux_app::scan::{self, Operator, Place, ScanJob, ScanSummary, Target, duration};
 
 use super::serve::{self, Address};
@@ -59,6 +59,9 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
     }
     let work = |progress: &dyn Progress| {
         let (source, plan, _) = scan::checked(&arguments.station, &arguments.plan, operator.is_some())?;
+        for sentence in scan::plan::not_claimable(&source.station, &plan) {
+            progress.event(Event::Note(&format!("not to be claimed of this scan: {sentence}")));
+        }
         let force = arguments.takeover.reason();
         ScanJob {
             source: &source,
