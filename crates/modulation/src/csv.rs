@@ -105,8 +105,8 @@ pub(crate) fn read(bytes: &[u8], stated_rate_hz: Option<f64>) -> Result<Recorded
         (None, Some(rate_hz), _) | (None, None, Some(rate_hz)) => rate_hz,
         (None, None, None) => {
             return Err(WaveformError::File(
-                "one column without a sample rate: state it (--rate, or sample_rate_hz in a job), or add a column time_s before the \
-                 values"
+                "one column without a sample rate: state it (--rate, or sample_rate_hz in a job), or add a \
+                 column time_s before the values"
                     .to_owned(),
             ));
         }

@@ -122,25 +122,22 @@ impl Denoised {
 }
 
 impl Denoised {
-    /// What the extremes of a period of so many samples lack or have too much, relative to the mean: recorded less
-    /// denoised light there, averaged over the periods. A sharp turn is made of components up to half the sample rate
-    /// and beyond.
-    pub(crate) fn missed(&self, period: usize) -> f64 {
-        let periods = self
-            .samples
-            .chunks_exact(period)
-            .zip(self.recorded.chunks_exact(period));
+    /// What the extremes lose because a turn of the light lies between two samples, relative to the mean: on average a
+    /// quarter of the step from the extreme to its nearer neighbour, where the light turns sharply; averaged over
+    /// periods of so many samples.
+    pub(crate) fn turns(&self, period: usize) -> f64 {
         let (mut low, mut high, mut count) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for (light, recorded) in periods {
+        for light in self.samples.chunks_exact(period) {
             let by_value = |a: &usize, b: &usize| light[*a].total_cmp(&light[*b]);
-            let ends = (0..period).min_by(by_value).zip((0..period).max_by(by_value));
-            if let Some((lowest, highest)) = ends {
-                low += recorded[lowest] - light[lowest];
-                high += recorded[highest] - light[highest];
+            let step = |at: usize| (light[at] - light[at - 1]).abs().min((light[at + 1] - light[at]).abs());
+            let inner = 1..period.saturating_sub(1);
+            if let Some((lowest, highest)) = inner.clone().min_by(by_value).zip(inner.max_by(by_value)) {
+                low += step(lowest) / 4.0;
+                high += step(highest) / 4.0;
                 count += 1.0;
             }
         }
-        low.abs().max(high.abs()) / count.max(1.0)
+        low.max(high) / count.max(1.0)
     }
 }
 

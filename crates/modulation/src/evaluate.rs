@@ -257,9 +257,7 @@ fn shapes(
     } else {
         (rate_hz / frequency_hz).round() as usize
     };
-    let missed = light.missed(period.clamp(1, count));
-    // A crest of a sine that lies between two samples.
-    let crest = depth * (1.0 - (std::f64::consts::PI * (frequency_hz / rate_hz).min(0.5)).cos());
+    let turns = light.turns(period.clamp(1, count));
     let depth = Quantity::new(
         100.0 * depth,
         "%",
@@ -269,7 +267,7 @@ fn shapes(
                 100.0 * (slope * light.noise_rel).hypot(beyond / 3.0_f64.sqrt()).hypot(bounded),
             ),
             ("resolution", 100.0 * slope * resolution_rel / 12.0_f64.sqrt()),
-            ("sampling", 100.0 * (crest / 3.0_f64.sqrt()).hypot(slope * missed)),
+            ("sampling", 100.0 * slope * turns),
             ("variation of the light", 100.0 * scatter(Shape::depth)),
         ],
     );

@@ -239,7 +239,9 @@ impl WaveformRecorder for ScpiScope {
                 self.instrument.name(),
                 ACTION,
                 format!(
-                    "{duration_s} s at {least_rate_hz} Hz: its memory holds {most} points in 12 divisions; record shorter or at a lower rate"
+                    "{duration_s} s at {least_rate_hz} Hz: its memory holds {most} points in {} divisions; record \
+                     shorter or at a lower rate",
+                    self.profile.divisions
                 ),
             ));
         };

@@ -47,7 +47,8 @@ async fn a_record_has_the_shape_of_the_light_sample_by_sample() {
     assert_eq!(scope.identity().model, "RIGOL TECHNOLOGIES DS1054Z");
     let record = scope.record(Duration::from_secs(2), 20e3).await.unwrap();
     // 0.2 s a division and 120 000 points, of which two seconds are read in three blocks.
-    assert_eq!((record.rate_hz, record.voltage_v.len()), (50e3, 100_000));
+    assert!((record.rate_hz / 50e3 - 1.0).abs() < 1e-9, "{}", record.rate_hz);
+    assert_eq!(record.voltage_v.len(), 100_000);
     assert!((record.range_v.0 + 0.8).abs() < 1e-9 && (record.range_v.1 - 4.3).abs() < 1e-9);
     // The phase is that of the moment at which it was forced: fitted, then every sample is the sine to 6 σ and half a step.
     let turn = |k: usize| std::f64::consts::TAU * 100.0 * k as f64 / record.rate_hz;
@@ -96,7 +97,7 @@ async fn what_the_memory_does_not_hold_is_refused_with_the_remedy() {
     let (scope, _room, _serving) = scope(lit()).await;
     let long = scope.record(Duration::from_secs(700), 20e3).await.unwrap_err();
     assert_eq!(long.kind(), ErrorKind::Unsupported);
-    let fast = scope.record(Duration::from_secs(180), 1e6).await.unwrap_err();
+    let fast = scope.record(Duration::from_mins(3), 1e6).await.unwrap_err();
     assert!(
         fast.to_string().contains("24000000 points") && fast.to_string().contains("lower rate"),
         "{fast}"

@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_record_of_an_oscilloscope_is_a_longer_block() {
-        let whole = [b"#9000050000".as_slice(), &[b'\n'; 50_000], b"\n"].concat();
+        let whole = [b"#9000050000".to_vec(), vec![b'\n'; 50_000], b"\n".to_vec()].concat();
         assert!(matches!(requested(Expect::Block).judge(&whole), Judgement::Damaged(_)));
         let longer = requested(Expect::Block).with_blocks_up_to(50_000);
         assert!(longer.longest() >= whole.len());

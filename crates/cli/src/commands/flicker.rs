@@ -16,7 +16,8 @@ const LEAST_RATE_HZ: f64 = 20_000.0;
 #[command(after_help = "Examples: isolux flicker light.csv --dark 0.002 --out flicker\n\
          isolux flicker light.wav --dark 0 --limit-svm 0.4 --limit-pst 1\n\
          isolux flicker light.csv --rate 20000 --exposure 2 --exposure 10 --line-time 15\n\
-         isolux flicker --from 'scpi-scope:tcp://192.168.1.7:5555?profile=ds1000z&channel=1' --duration 2 --dark 0.004 --out flicker\n\
+         isolux flicker --from 'scpi-scope:tcp://192.168.1.7:5555?profile=ds1000z&channel=1' \
+--duration 2 --dark 0.004 --out flicker\n\
 Exit 1 where a limit is passed or its quantity is not given.")]
 pub struct Flicker {
     /// CSV (one column, or time_s and a value) or WAV, of a photodiode with a DC-coupled input.

@@ -15,7 +15,7 @@ const LIT_V: f64 = 1.004;
 /// Records the light of the steady lamp: a sample that is not of it was damaged.
 pub async fn attack(twin: &TwinKind, choice: &Choice, salt: u64) {
     let scope_at = address(twin, "oscilloscope");
-    let mut bench = bench_of(illuminated(), choice, salt, 2000);
+    let mut bench = bench_of(illuminated(), choice, salt, 6000);
     let mut tally = Tally::new(scope_at.to_string(), bench.seed);
     let middle = bench.middle.clone();
     let open = async || {
