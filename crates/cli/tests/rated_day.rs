@@ -98,6 +98,8 @@ fn what_the_job_states_is_rated_and_nothing_else() {
     assert!(line("displacement_factor").contains("not known"), "{table}");
     assert!(line("colour_consistency").ends_with(",measured"), "{table}");
 
+    folder.isolux(&["verify", "day"], 0);
+
     // The same tables from the day's own folder: a report that is made again has them.
     folder.isolux(&["report", "day", "--force"], 0);
     assert!(folder.read("day/results/report.html").contains("EU energy label"));
