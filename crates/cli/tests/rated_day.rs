@@ -1,5 +1,5 @@
-//! A day whose job has `[ratings]` and `[eu_label]`: they reach the record, the report and `eu_label.csv`; left out they
-//! reach nothing.
+//! A day whose job has `[ratings]` and `[eu_label]`: they reach the record, the report and `eu_label.csv`; left out
+//! they reach nothing.
 
 mod folder;
 
