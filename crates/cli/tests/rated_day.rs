@@ -1,5 +1,5 @@
-//! A day whose job has `[ratings]` and `[eu_label]`: they reach the record, the report and `eu_label.csv`; left out they
-//! reach nothing.
+//! A day whose job has `[ratings]` and `[eu_label]`: they reach the record, the report and `eu_label.csv`; left out
+//! they reach nothing.
 
 mod folder;
 
@@ -97,6 +97,8 @@ fn what_the_job_states_is_rated_and_nothing_else() {
     assert_eq!(line("cap_type"), "cap_type,\"E27, or none\",,,,,stated");
     assert!(line("displacement_factor").contains("not known"), "{table}");
     assert!(line("colour_consistency").ends_with(",measured"), "{table}");
+
+    folder.isolux(&["verify", "day"], 0);
 
     // The same tables from the day's own folder: a report that is made again has them.
     folder.isolux(&["report", "day", "--force"], 0);

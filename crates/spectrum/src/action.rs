@@ -12,13 +12,13 @@ const B_BY_5_NM: [f64; 25] = [
 ];
 
 /// Irradiance weighted with B(λ) in W/m² up to which a small source is of no higher risk group than 1, at an exposure
-/// of 100 s and more (IEC 62471:2006, 4.3.4 and 6.1).
+/// of 100 s and more (IEC 62471:2006, Table 6.1).
 pub const E_B_LIMIT_W_M2: f64 = 1.0;
 
 /// Planck constant × speed of light × Avogadro constant in J·m/mol, of their values in the SI.
 const HC_NA_J_M_PER_MOL: f64 = 6.626_070_15e-34 * 299_792_458.0 * 6.022_140_76e23;
 
-/// Photons that plants use are counted between these wavelengths in nm (ANSI/ASABE S640).
+/// Photons that plants use are counted between these wavelengths in nm.
 const PHOTONS_NM: [usize; 2] = [400, 700];
 
 /// CIE standard illuminant D65: a daylight of this temperature in K (CIE 15, 4.1.2).
@@ -42,8 +42,8 @@ pub fn blue_light_hazard() -> [f64; 471] {
 }
 
 impl Spectrum {
-    /// Blue-light hazard efficacy of luminous radiation K_B,v = ∫S·B dλ / (K_m ∫S·V dλ) in W/lm, over 360–830 nm (IEC TR
-    /// 62778, 5.1); none without light.
+    /// Blue-light hazard efficacy of luminous radiation K_B,v = ∫S·B dλ / (K_m ∫S·V dλ) in W/lm, over 360–830 nm (IEC
+    /// TR 62778, 5.1); none without light.
     pub fn k_bv_w_per_lm(&self) -> Option<f64> {
         self.per_lumen(&blue_light_hazard())
     }
@@ -66,7 +66,7 @@ impl Spectrum {
     }
 
     /// Daylight efficacy ratio for the action spectrum `action`: its efficacy of luminous radiation over that of
-    /// illuminant D65 (CIE S 026, 3.10). The melanopic DER with the melanopic action spectrum; none without light or
+    /// illuminant D65 (CIE S 026). The melanopic DER with the melanopic action spectrum; none without light or
     /// where D65 has none of it.
     pub fn daylight_efficacy_ratio(&self, action: &Self) -> Option<f64> {
         let d65 = Self::from_1_nm(&illuminant::daylight(D65_K)?)?;
@@ -88,8 +88,8 @@ impl Spectrum {
     }
 }
 
-/// Illuminance in lx below which light of this K_B,v in W/lm is of no higher risk group than 1, whatever the size of its
-/// source: E_thr of IEC TR 62778, [`E_B_LIMIT_W_M2`] ÷ K_B,v.
+/// Illuminance in lx below which light of this K_B,v in W/lm is of no higher risk group than 1, whatever the size of
+/// its source: E_thr of IEC TR 62778, [`E_B_LIMIT_W_M2`] ÷ K_B,v.
 pub fn threshold_illuminance_lx(k_bv_w_per_lm: f64) -> f64 {
     E_B_LIMIT_W_M2 / k_bv_w_per_lm
 }
@@ -133,8 +133,8 @@ mod tests {
 
     #[test]
     fn efficacies_are_those_of_another_program() {
-        // luxpy 1.12.5: Σ S·_BLH ÷ (683·Σ S·V) at 1 nm over 360–830 nm with its tables of B (but 0.01 below 380 nm, where it
-        // extrapolates), V, D65 and A.
+        // luxpy 1.12.5: Σ S·_BLH ÷ (683·Σ S·V) at 1 nm over 360–830 nm with its tables of B (but 0.01 below 380 nm,
+        // where it extrapolates), V, D65 and A.
         let d65 = of(&illuminant::daylight(D65_K).unwrap()).k_bv_w_per_lm().unwrap();
         let a = of(&illuminant::illuminant_a()).k_bv_w_per_lm().unwrap();
         assert!((d65 / 9.863_092e-4 - 1.0).abs() < 2e-4, "{d65:e}");

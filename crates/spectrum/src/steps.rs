@@ -7,7 +7,7 @@ use crate::{Chromaticity, Tristimulus};
 /// (CIE TN 001:2014, 3.2).
 pub const STEP_UV: f64 = 0.0011;
 
-/// From this temperature in K on a white light is compared with daylight (CIE 13.3, 5.2).
+/// From this temperature in K on a white light is compared with daylight (CIE 13.3).
 const DAYLIGHT_FROM_K: f64 = 5000.0;
 
 /// The colour that a white light of a rated temperature should have.
@@ -76,8 +76,8 @@ mod tests {
         );
     }
 
-    /// Ellipses of one step of MacAdam by luxpy 1.12.5 (`get_macadam_ellipse`), in (u′, v′): the radius of the circle of the
-    /// same area.
+    /// Ellipses of one step of MacAdam by luxpy 1.12.5 (`get_macadam_ellipse`), in (u′, v′): the radius of the circle
+    /// of the same area.
     #[test]
     fn a_step_is_about_that_of_macadam() {
         for (cct_k, radius_uv) in [

@@ -38,8 +38,8 @@ pub struct Inspect {
     /// The spectrum that the meter was calibrated with; CIE illuminant A if not given.
     #[arg(long, value_name = "FILE", requires = "meter")]
     calibrated_with: Option<Utf8PathBuf>,
-    /// Half-plane C in degrees of the street side of an outdoor luminaire, for its zones and ratings (IES TM-15-11). If not
-    /// given: C 90 of EULUMDAT, C 0 of LM-63, of a luminaire that sends more light there than to the other side.
+    /// Half-plane C in degrees of the street side of an outdoor luminaire, for its zones and ratings (IES TM-15-11). If
+    /// not given: C 90 of EULUMDAT, C 0 of LM-63, of a luminaire that sends more light there than to the other side.
     #[arg(long, value_name = "C_DEG", value_parser = c_deg)]
     street_side: Option<f64>,
     /// Rated colour temperature in K: adds the distance of every spectrum from that colour in steps of 0.0011 in u′v′.

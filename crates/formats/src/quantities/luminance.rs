@@ -9,11 +9,11 @@ use crate::distribution::Distribution;
 /// γ of the table in degrees.
 const GAMMA_DEG: [f64; 4] = [55.0, 65.0, 75.0, 85.0];
 
-/// From this γ on luminaires are mirrored in screens (EN 12464-1:2011, 4.9.3, for screens tilted by up to 15°).
+/// From this γ on luminaires are mirrored in screens (EN 12464-1, for screens tilted by up to 15°).
 const SCREENS_FROM_DEG: f64 = 65.0;
 
 /// Largest mean luminance in cd/m² of luminaires that can be mirrored in screens with dark characters on light ground
-/// and normal demands on colour and detail (EN 12464-1:2011, Table 4, case A): screens brighter than
+/// and normal demands on colour and detail (EN 12464-1:2011, case A): screens brighter than
 /// [`SCREEN_LUMINANCE_CD_M2`], and others. The limits of case B are not in here: they could not be checked.
 pub const SCREEN_LIMITS_CD_M2: [f64; 2] = [3000.0, 1500.0];
 /// Luminance in cd/m² above which a screen is a bright one in that table.

@@ -1,8 +1,8 @@
 //! The luminaire classification system for outdoor luminaires (IES TM-15-11) and its backlight and uplight ratings.
 //!
-//! Forward light lies in the half-planes within 90° of the street side, back light in the others; both are cut at γ 30°,
-//! 60°, 80° and 90°. The limits of B and U are those of Addendum A of TM-15-11. Those of the glare rating are not in here:
-//! no source could be found for them that agrees with another.
+//! Forward light lies in the half-planes within 90° of the street side, back light in the others; both are cut at γ
+//! 30°, 60°, 80° and 90°. The limits of B and U are those of Addendum A of TM-15-11. Those of the glare rating are not
+//! in here: no source could be found for them that agrees with another.
 
 use crate::{IntensityDistribution, Sector};
 
@@ -185,7 +185,8 @@ mod tests {
         assert!((share(0.0) - 0.5).abs() < 1e-9, "{}", share(0.0));
     }
 
-    /// Rows of B and U of another program (eulumdat 0.7.0, bug_rating.rs, read and not copied), at and above the limits.
+    /// Rows of B and U of another program (eulumdat 0.7.0, bug_rating.rs, read and not copied), at and above the
+    /// limits.
     #[test]
     fn the_worst_zone_rates() {
         for (rating, [bl, bm, bh]) in [[110.0, 220.0, 110.0], [500.0, 1000.0, 500.0], [1000.0, 2500.0, 1000.0]]

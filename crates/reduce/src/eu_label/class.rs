@@ -66,7 +66,8 @@ pub const fn f_tm(directional: bool, mains: bool) -> f64 {
     }
 }
 
-/// Probability of the classes by the normal distribution of an efficacy in lm/W; none where its uncertainty is not known.
+/// Probability of the classes by the normal distribution of an efficacy in lm/W; none where its uncertainty is not
+/// known.
 pub(super) fn probabilities(efficacy: &Quantity) -> Vec<(Class, f64)> {
     let Some(u) = efficacy.u.filter(|u| *u > 0.0) else {
         return Vec::new();

@@ -45,8 +45,8 @@ pub struct Directional {
     pub share: Quantity,
     /// γ of the axis of that cone: 0 or 180, whichever has more light about it.
     pub axis_gamma_deg: f64,
-    /// Beam angle in degrees, 50 % of the intensity on the axis, the largest of all planes; none where the intensity does
-    /// not fall so far.
+    /// Beam angle in degrees, 50 % of the intensity on the axis, the largest of all planes; none where the intensity
+    /// does not fall so far.
     pub beam_deg: Option<f64>,
 }
 
@@ -89,8 +89,8 @@ fn about(axis_gamma_deg: f64, half_deg: f64) -> Sector {
     }
 }
 
-/// The beam angle about the axis: in every half-plane the angle from the axis beyond which the intensity stays below half
-/// of that on the axis, added for opposite half-planes; the largest. None where one of them does not fall so far.
+/// The beam angle about the axis: in every half-plane the angle from the axis beyond which the intensity stays below
+/// half of that on the axis, added for opposite half-planes; the largest. None where one of them does not fall so far.
 fn beam_deg(light: &IntensityDistribution, axis_gamma_deg: f64) -> Option<f64> {
     let gammas = light.gamma_deg();
     let half_cd = 0.5 * light.pole_cd(axis_gamma_deg);

@@ -1,7 +1,7 @@
 //! Energy label and product information of a light source: Regulations (EU) 2019/2015 and 2019/2020.
 //!
-//! Definitions, factors and classes are those of Annexes I and II of 2019/2015, the rows of the table those of Table 3 of
-//! its Annex V. What was not measured and is not stated is not known, with the reason.
+//! Definitions, factors and classes are those of Annexes I and II of 2019/2015, the rows of the table those of Table 3
+//! of its Annex V. What was not measured and is not stated is not known, with the reason.
 
 mod class;
 mod file;
@@ -34,8 +34,8 @@ pub struct Label {
     pub efficacy: Result<Quantity, &'static str>,
     /// Class of η_TM.
     pub class: Option<Class>,
-    /// Probability of each class that has at least one in a thousand, by the normal distribution of η_TM; empty where its
-    /// uncertainty is not known.
+    /// Probability of each class that has at least one in a thousand, by the normal distribution of η_TM; empty where
+    /// its uncertainty is not known.
     pub probabilities: Vec<(Class, f64)>,
     /// The table of the product information sheet.
     pub rows: Vec<Row>,

@@ -308,7 +308,8 @@ impl Rows<'_> {
 }
 
 impl Row {
-    /// The expanded uncertainty (k = 2) of what was measured, where it is known; its unit is that of the measured number.
+    /// The expanded uncertainty (k = 2) of what was measured, where it is known; its unit is that of the measured
+    /// number.
     pub fn expanded(&self) -> Option<(f64, &Quantity)> {
         match &self.known {
             Known::Measured {

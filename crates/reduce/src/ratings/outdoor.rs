@@ -18,7 +18,8 @@ pub struct OutdoorZones {
     pub backlight: usize,
     /// Uplight rating U likewise; none where uplight was not measured.
     pub uplight: Option<usize>,
-    /// Uplight in lm that cannot be told from none: the expanded uncertainty (k = 2) of the larger of both zones.
+    /// Uplight in lm that cannot be distinguished from none: the expanded uncertainty (k = 2) of the larger of both
+    /// zones.
     pub uplight_unseen_lm: Option<f64>,
     /// Whether something is missing in the uncertainties.
     pub lacking: bool,

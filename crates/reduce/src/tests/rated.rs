@@ -187,7 +187,7 @@ fn the_file_has_a_line_for_every_row_and_its_words_stay_in_their_cells() {
 }
 
 #[test]
-fn zones_of_a_street_side_have_uncertainty_and_no_uplight_is_told_from_little() {
+fn zones_of_a_street_side_have_uncertainty_and_so_has_no_uplight() {
     let mut run = lit(1, None);
     run.header.ratings.street_side_c_deg = Some(90.0);
     let found = outdoor(&of(&run), &run).unwrap().unwrap();

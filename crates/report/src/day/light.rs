@@ -223,7 +223,7 @@ fn luminance(section: &mut Section, table: &LuminanceTable) {
     };
     let [bright, other] = SCREEN_LIMITS_CD_M2;
     section.paragraph(format!(
-        "From γ 65° on at most {} cd/m². EN 12464-1:2011 (4.9.3, Table 4, case A: dark characters on light ground) allows \
+        "From γ 65° on at most {} cd/m². EN 12464-1:2011 (case A: dark characters on light ground) allows \
          {bright:.0} cd/m² where screens are brighter than {SCREEN_LUMINANCE_CD_M2:.0} cd/m²: {}; else {other:.0} cd/m²: {}.",
         significant(table.largest_from_65_cd_m2, 3),
         words(bright),

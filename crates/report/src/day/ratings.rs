@@ -1,5 +1,5 @@
-//! What the light is rated by: zones of outdoor luminaires, rated colour, blue-light hazard, photons. Each only where it
-//! applies.
+//! What the light is rated by: zones of outdoor luminaires, rated colour, blue-light hazard, photons. Each only where
+//! it applies.
 
 use isolux_photometry::ratings::LcsZone;
 use isolux_reduce::ratings::{HazardDistance, OutdoorZones, hazard_distance, outdoor, photon_flux, rated_colour};
@@ -105,7 +105,7 @@ fn outdoor_luminaire(section: &mut Section, found: &OutdoorZones) {
     let uplight = match (found.uplight, found.uplight_unseen_lm) {
         (Some(uplight), Some(unseen_lm)) => format!(
             "U{uplight} by the measured numbers. U0 is 0 lm of uplight, which no measurement shows: {} {} lm in a zone (k = 2) cannot be \
-             told from none here.",
+             distinguished from none here.",
             if found.lacking { "at least" } else { "up to" },
             significant(unseen_lm, 2)
         ),

@@ -6,7 +6,7 @@ use isolux_record::disk::sha256;
 use super::results::DayResults;
 
 /// Files of the results with what they are.
-const FILES: [(&str, &str); 18] = [
+const FILES: [(&str, &str); 21] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
     (
@@ -18,7 +18,10 @@ const FILES: [(&str, &str); 18] = [
     ("luminaire.tm33-23.xml", "IES TM-33-23, with the spectra over angle"),
     ("luminaire.spdx", "spectrum, IES TM-27"),
     ("luminaire.spd", "spectrum, plain columns"),
+    ("eu_label.csv", "EU energy label and product information"),
     ("luminaire.model.toml", "the model that simulates and predicts"),
+    ("light_modulation.json", "numbers of the light over time"),
+    ("waveform.csv", "the record of the light over time"),
     ("irradiance.npy", "the map, 32-bit floats"),
     ("irradiance.png", "the map in false colours"),
     ("result.json", "numbers of the simulation"),

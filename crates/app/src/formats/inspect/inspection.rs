@@ -59,8 +59,8 @@ pub struct SpectrumQuantities {
     /// Distance from the colour of the temperature that was given; absent without one, or without light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rated_colour: Option<RatedColour>,
-    /// Daylight efficacy ratio for the action spectrum that was given (CIE S 026), null where it has none; absent without
-    /// one.
+    /// Daylight efficacy ratio for the action spectrum that was given (CIE S 026), null where it has none; absent
+    /// without one.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     pub daylight_efficacy_ratio: Option<Option<f64>>,
 }
