@@ -35,12 +35,28 @@ fn every_text_of_a_day_is_translated() {
     let keep = tempfile::tempdir().unwrap();
     let bench = Utf8Path::from_path(keep.path()).unwrap();
     let subject = Subject::default();
-    init::run(bench, DayPlan::default(), &Instruments::default(), &subject, Overwrite::Never).unwrap();
+    init::run(
+        bench,
+        DayPlan::default(),
+        &Instruments::default(),
+        &subject,
+        Overwrite::Never,
+    )
+    .unwrap();
     let job = bench.join("job.toml");
     let text = std::fs::read_to_string(&job).unwrap();
     std::fs::write(&job, format!("{text}{MORE}")).unwrap();
-    let light = (0..20_000).map(|k| format!("{:.6}\n", 1.0 + 0.1 * (std::f64::consts::TAU * f64::from(k) / 100.0).sin()));
-    std::fs::write(bench.join("waveform.csv"), format!("# sample_rate_hz = 10000\nlight\n{}", light.collect::<String>())).unwrap();
+    let light = (0..20_000).map(|k| {
+        format!(
+            "{:.6}\n",
+            1.0 + 0.1 * (std::f64::consts::TAU * f64::from(k) / 100.0).sin()
+        )
+    });
+    std::fs::write(
+        bench.join("waveform.csv"),
+        format!("# sample_rate_hz = 10000\nlight\n{}", light.collect::<String>()),
+    )
+    .unwrap();
     let folder = bench.join("day");
     let options = Options {
         job: Some(job),

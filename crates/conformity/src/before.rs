@@ -25,7 +25,10 @@ pub fn not_measured(station: &Station, plan: &Plan) -> Vec<String> {
     let missing: Vec<&str> = missing.iter().filter(|(_, is)| *is).map(|(what, _)| *what).collect();
     let mut sentences = Vec::new();
     if !missing.is_empty() {
-        sentences.push(format!("conditions that the station does not know: {}", missing.join(", ")));
+        sentences.push(format!(
+            "conditions that the station does not know: {}",
+            missing.join(", ")
+        ));
     }
     sentences.extend(too_near(station, plan));
     sentences

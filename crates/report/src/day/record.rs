@@ -6,7 +6,7 @@ use isolux_record::disk::sha256;
 use super::results::DayResults;
 
 /// Files of the results with what they are.
-const FILES: [(&str, &str); 21] = [
+const FILES: [(&str, &str); 20] = [
     ("luminaire.ldt", "EULUMDAT"),
     ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
     (
@@ -21,7 +21,6 @@ const FILES: [(&str, &str); 21] = [
     ("eu_label.csv", "EU energy label and product information"),
     ("luminaire.model.toml", "the model that simulates and predicts"),
     ("light_modulation.json", "numbers of the light over time"),
-    ("waveform.csv", "the record of the light over time"),
     ("irradiance.npy", "the map, 32-bit floats"),
     ("irradiance.png", "the map in false colours"),
     ("result.json", "numbers of the simulation"),
