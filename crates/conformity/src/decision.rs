@@ -145,12 +145,10 @@ pub fn decide(
     let outcome = match (rule, u) {
         _ if !value.is_finite() => Outcome::NotDecided,
         (DecisionRule::Simple, _) => by_value,
-        (DecisionRule::Guarded | DecisionRule::SharedRisk, None) => Outcome::NotDecided,
         (DecisionRule::Guarded, Some(u)) if bounds.narrowed(K * u).hold(value) => Outcome::Pass,
         (DecisionRule::Guarded, Some(u)) if !bounds.narrowed(-K * u).hold(value) => Outcome::Fail,
-        (DecisionRule::Guarded, Some(_)) => Outcome::NotDecided,
         (DecisionRule::SharedRisk, Some(u)) if largest_u.is_some_and(|largest| K * u <= largest) => by_value,
-        (DecisionRule::SharedRisk, Some(_)) => Outcome::NotDecided,
+        (DecisionRule::Guarded | DecisionRule::SharedRisk, _) => Outcome::NotDecided,
     };
     let within = u.map(|u| within(bounds, value, u));
     let probability = match outcome {

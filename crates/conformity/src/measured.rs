@@ -39,9 +39,10 @@ pub fn of(
         "r9" => of(colour, |colour| &colour.r9),
         "rf" => of(colour, |colour| &colour.rf),
         "rg" => of(colour, |colour| &colour.rg),
-        COLOUR_STEPS => {
-            colour.and_then(|colour| steps(requirement.centre?, colour.u_prime.as_ref()?, colour.v_prime.as_ref()?))
-        }
+        COLOUR_STEPS => colour.and_then(|colour| {
+            let (u_prime, v_prime) = (colour.u_prime.as_ref()?, colour.v_prime.as_ref()?);
+            Some(steps(requirement.centre?, u_prime, v_prime))
+        }),
         "total_cct_k" => of(total, |colour| &colour.cct),
         "total_ra" => of(total, |colour| &colour.ra),
         "delta_u_prime_v_prime" => {
@@ -66,13 +67,13 @@ fn planes(reduction: &Reduction, of: impl Fn(&BeamAngles) -> Option<&Quantity>) 
 
 /// Steps from the centre. How u′ and v′ vary together is not known: their uncertainties along the way to the centre add,
 /// which is the most that they can do.
-fn steps(centre: [f64; 2], u_prime: &Quantity, v_prime: &Quantity) -> Option<Quantity> {
+fn steps(centre: [f64; 2], u_prime: &Quantity, v_prime: &Quantity) -> Quantity {
     let [du, dv] = [u_prime.value - centre[0], v_prime.value - centre[1]];
     let away = du.hypot(dv);
     let along = if away > 0.0 { [du / away, dv / away] } else { [1.0, 1.0] };
     let part = along[0].abs() * u_prime.u_of_parts + along[1].abs() * v_prime.u_of_parts;
     let missing = u_prime.missing.iter().chain(&v_prime.missing).cloned();
-    Some(Quantity::new(away / STEP, "steps", [("chromaticity", part / STEP)]).lacking(missing))
+    Quantity::new(away / STEP, "steps", [("chromaticity", part / STEP)]).lacking(missing)
 }
 
 #[cfg(test)]
@@ -82,17 +83,17 @@ mod tests {
     #[test]
     fn steps_are_counted_from_the_centre_with_the_most_that_both_can_add() {
         let of = |value: f64, u: f64| Quantity::new(value, "", [("noise", u)]);
-        let found = steps([0.2, 0.5], &of(0.2033, 0.0011), &of(0.5, 0.0022)).unwrap();
+        let found = steps([0.2, 0.5], &of(0.2033, 0.0011), &of(0.5, 0.0022));
         assert!(
             (found.value - 3.0).abs() < 1e-9 && (found.u.unwrap() - 1.0).abs() < 1e-9,
             "{found:?}"
         );
-        let found = steps([0.2, 0.5], &of(0.2033, 0.0011), &of(0.5044, 0.0022)).unwrap();
+        let found = steps([0.2, 0.5], &of(0.2033, 0.0011), &of(0.5044, 0.0022));
         assert!(
             (found.value - 5.0).abs() < 1e-9 && (found.u.unwrap() - 2.2).abs() < 1e-9,
             "{found:?}"
         );
         let lacking = of(0.2, 0.001).lacking(["no u".to_owned()]);
-        assert_eq!(steps([0.2, 0.5], &lacking, &of(0.5, 0.001)).unwrap().u, None);
+        assert_eq!(steps([0.2, 0.5], &lacking, &of(0.5, 0.001)).u, None);
     }
 }

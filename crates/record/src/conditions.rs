@@ -213,10 +213,7 @@ mod tests {
 
     #[test]
     fn every_key_of_the_table_is_known_by_its_name() {
-        let text: String = KEYS
-            .iter()
-            .map(|key| format!("[{}]\nlargest = 1.0\n", key.name))
-            .collect();
+        let text = KEYS.map(|key| format!("[{}]\nlargest = 1.0\n", key.name)).concat();
         let conditions: Conditions = toml::from_str(&text).unwrap();
         conditions.check().unwrap();
         assert!(conditions.all().iter().all(|(_, stated)| stated.is_some()));

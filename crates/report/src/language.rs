@@ -134,7 +134,7 @@ impl Pattern {
 }
 
 /// The text in a language.
-pub fn translated<'a>(language: Language, text: &'a str) -> Cow<'a, str> {
+pub fn translated(language: Language, text: &str) -> Cow<'_, str> {
     let texts = match language {
         Language::En => return Cow::Borrowed(text),
         Language::De => &GERMAN,

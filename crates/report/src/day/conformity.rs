@@ -19,7 +19,7 @@ pub fn requirements(day_results: &DayResults) -> Option<Section> {
             one.what.clone(),
             one.measured
                 .as_ref()
-                .map_or_else(|| "not measured".to_owned(), |found| found.stated()),
+                .map_or_else(|| "not measured".to_owned(), isolux_reduce::Quantity::stated),
             limits(one.smallest, one.largest, unit(one)),
             one.source.clone().unwrap_or_else(|| "–".to_owned()),
             one.rule_name.clone(),

@@ -31,11 +31,11 @@ impl Layout<'_> {
     }
 
     /// The place of a block of its own.
-    pub fn own(&self, kind: Kind) -> Option<Of> {
-        Some(Of {
+    pub fn own(&self, kind: Kind) -> Of {
+        Of {
             block: self.next(),
             kind,
-        })
+        }
     }
 
     pub fn title(&self, document: &Document) -> Vec<Piece> {
@@ -46,7 +46,7 @@ impl Layout<'_> {
         ] {
             let mut piece = Piece {
                 with_next: true,
-                of: self.own(kind),
+                of: Some(self.own(kind)),
                 ..Piece::default()
             };
             for line in wrapped(words, WIDTH, style, self.fonts) {
@@ -92,7 +92,7 @@ impl Layout<'_> {
         let pictures: f32 = if left.is_some() || right.is_some() { TALL } else { 0.0 };
         (!items.is_empty()).then(|| Piece {
             items,
-            of: self.own(Kind::Figures),
+            of: Some(self.own(Kind::Figures)),
             height: y.max(pictures) + 10.0,
             ..Piece::default()
         })
@@ -121,7 +121,7 @@ impl Layout<'_> {
         }
         Piece {
             items,
-            of: self.own(Kind::Heading(level)),
+            of: Some(self.own(Kind::Heading(level))),
             height: style.size + 9.0,
             above,
             with_next: true,
@@ -156,7 +156,7 @@ impl Layout<'_> {
     fn paragraph(&self, words: &str, style: Style, pieces: &mut Vec<Piece>) {
         let lines = wrapped(words, WIDTH, style, self.fonts);
         let count = lines.len();
-        let of = self.own(Kind::Paragraph);
+        let of = Some(self.own(Kind::Paragraph));
         for (place, line) in lines.into_iter().enumerate() {
             pieces.push(Piece {
                 items: vec![text(LEFT, style.size, style, line)],
@@ -188,7 +188,7 @@ impl Layout<'_> {
         }
         Piece {
             items,
-            of: self.own(Kind::Paragraph),
+            of: Some(self.own(Kind::Paragraph)),
             height,
             above: 6.0,
             ..Piece::default()
@@ -228,7 +228,7 @@ impl Layout<'_> {
             }
             pieces.push(Piece {
                 items,
-                of: self.own(Kind::Paragraphs),
+                of: Some(self.own(Kind::Paragraphs)),
                 height: tallest + 1.0,
                 above: 7.0,
                 ..Piece::default()
@@ -272,7 +272,7 @@ impl Layout<'_> {
             }
             pieces.push(Piece {
                 items,
-                of: self.own(Kind::Figures),
+                of: Some(self.own(Kind::Figures)),
                 height,
                 above: 8.0,
                 ..Piece::default()

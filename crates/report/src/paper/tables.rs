@@ -31,11 +31,11 @@ impl Layout<'_> {
         let mut first = true;
         for cells in &table.rows {
             let mut piece = self.row(cells, &widths, cell, table.numbers);
-            piece.of = self.own(Kind::Row {
+            piece.of = Some(self.own(Kind::Row {
                 head: false,
                 named: table.head.is_empty() || table.numbers,
                 table: number,
-            });
+            }));
             if table.head.is_empty()
                 && let Some(Item::Text { style, .. }) = piece.items.first_mut()
             {
@@ -44,11 +44,11 @@ impl Layout<'_> {
             if let (true, Some(head)) = (first, &head) {
                 let mut head = (**head).clone();
                 (head.above, head.with_next) = (7.0, true);
-                head.of = self.own(Kind::Row {
+                head.of = Some(self.own(Kind::Row {
                     head: true,
                     named: false,
                     table: number,
-                });
+                }));
                 pieces.push(head);
             } else {
                 piece.head.clone_from(&head);
