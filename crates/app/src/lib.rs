@@ -5,9 +5,10 @@
 //!
 //! Each folder is a topic: [`instruments`] of a station, [`manual`] steps, a [`scan`], the [`run`] directory that it
 //! leaves, a [`calibration`] with a standard lamp and the [`history`] of those and of days, whether a run
-//! [still is](verify) what was recorded, [`formats`] of files, what is [compared](compare), [`modulation`] of light, [`simulation`],
-//! [`diagnosis`], the whole [`day`], a [`study`] of a run on the page. [`init`] writes the files to start from and
-//! [`darkroom`] serves the virtual instruments; [`front_end`] and [`system`] are what the rest reports to and runs on.
+//! [still is](verify) what was recorded, [`formats`] of files, what is [compared](compare), [`modulation`] of light,
+//! [`simulation`], [`diagnosis`], the whole [`day`], a [`study`] of a run on the page. [`init`] writes the files to
+//! start from and [`darkroom`] serves the virtual instruments; [`front_end`] and [`system`] are what the rest reports
+//! to and runs on.
 
 pub mod calibration;
 pub mod compare;

@@ -65,8 +65,8 @@ fn planes(reduction: &Reduction, of: impl Fn(&BeamAngles) -> Option<&Quantity>) 
         .collect()
 }
 
-/// Steps from the centre. How u′ and v′ vary together is not known: their uncertainties along the way to the centre add,
-/// which is the most that they can do.
+/// Steps from the centre. How u′ and v′ vary together is not known: their uncertainties along the way to the centre
+/// add, which is the most that they can do.
 fn steps(centre: [f64; 2], u_prime: &Quantity, v_prime: &Quantity) -> Quantity {
     let [du, dv] = [u_prime.value - centre[0], v_prime.value - centre[1]];
     let away = du.hypot(dv);

@@ -1,9 +1,9 @@
 //! What the bench asks of its instruments, and nothing more.
 //!
 //! Narrow, object-safe traits: [`Axis`], [`LuxMeter`], [`Spectroradiometer`], [`Switch`] (lamp, shutter, baffle),
-//! [`Thermometer`], [`PowerMeter`] and [`WaveformRecorder`]. Every method takes `&self`: a handle talks by messages to the one task that owns the bus, so
-//! `stop` can be called while another task waits for a move. Deadlines and times of measurement are
-//! [`tokio::time::Instant`]s, so that a whole day can run with the clock paused.
+//! [`Thermometer`], [`PowerMeter`] and [`WaveformRecorder`]. Every method takes `&self`: a handle talks by messages to
+//! the one task that owns the bus, so `stop` can be called while another task waits for a move. Deadlines and times of
+//! measurement are [`tokio::time::Instant`]s, so that a whole day can run with the clock paused.
 //!
 //! A handle that is dropped in the middle of a call leaves its bus usable: the owner finishes or drains the exchange.
 

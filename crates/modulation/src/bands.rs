@@ -3,8 +3,8 @@
 /// Bands of a decade.
 const PER_DECADE: f64 = 120.0;
 
-/// (frequency in Hz, amplitude) of the largest component of each band, by rising frequency; `step_hz` is the distance of
-/// the amplitudes, which begin at 0 Hz.
+/// (frequency in Hz, amplitude) of the largest component of each band, by rising frequency; `step_hz` is the distance
+/// of the amplitudes, which begin at 0 Hz.
 pub(crate) fn largest(amplitudes: &[f64], step_hz: f64, to_hz: f64) -> Vec<[f64; 2]> {
     let mut bands: Vec<[f64; 2]> = Vec::new();
     let mut last = i64::MIN;

@@ -1,8 +1,8 @@
 //! What a camera sees of modulated light.
 //!
 //! An exposure of t seconds is a mean over t: a component of frequency f keeps sinc(f t) = sin(πft)/(πft) of its
-//! amplitude. The rows of a rolling shutter are exposed one line time after another: the modulation becomes bands, which
-//! the diagnosis calls the effect `flicker_banding`.
+//! amplitude. The rows of a rolling shutter are exposed one line time after another: the modulation becomes bands,
+//! which the diagnosis calls the effect `flicker_banding`.
 
 use rustfft::num_complex::Complex;
 use schemars::JsonSchema;

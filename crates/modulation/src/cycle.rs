@@ -10,7 +10,8 @@ use crate::window::{self, HANN};
 pub(crate) const LEAST_PERIODS: f64 = 10.0;
 /// One component of noise in so many records passes for light.
 const FALSE_ALARM: f64 = 0.01;
-/// Largest error of the frequency between bins, in bins: side lobes of another component that is as strong, ten bins off.
+/// Largest error of the frequency between bins, in bins: side lobes of another component that is as strong, ten bins
+/// off.
 const BETWEEN_BINS: f64 = 2e-3;
 /// Scatter of the interpolation under the Hann window over the bound of Cramér and Rao.
 const OVER_BOUND: f64 = 1.6;
@@ -25,8 +26,8 @@ pub(crate) struct Strongest {
     pub amplitude: f64,
 }
 
-/// The strongest components of `samples` at frequencies from [`LEAST_PERIODS`] in the record on, and below; none of what
-/// noise of `noise_rel` gives.
+/// The strongest components of `samples` at frequencies from [`LEAST_PERIODS`] in the record on, and below; none of
+/// what noise of `noise_rel` gives.
 pub(crate) fn strongest(samples: &[f64], rate_hz: f64, noise_rel: f64) -> (Option<Strongest>, Option<Strongest>) {
     let count = samples.len();
     let mean = samples.iter().sum::<f64>() / count as f64;
@@ -149,8 +150,8 @@ const BEYOND: f64 = 5.0;
 pub(crate) struct Shape {
     pub lowest: f64,
     pub highest: f64,
-    /// Whether an extreme is that of the record, moved by its noise as far as that may be: steps in the light ring where
-    /// their weak components go with the noise.
+    /// Whether an extreme is that of the record, moved by its noise as far as that may be: steps in the light ring
+    /// where their weak components go with the noise.
     pub bounded: bool,
     /// Area above the mean over the whole area.
     pub index: f64,

@@ -1,7 +1,7 @@
 //! Filters of second order in a row, from their transfer function in s.
 //!
-//! A filter of fourth order with corners far below the sample rate loses its digits as one recursion; second orders keep
-//! them.
+//! A filter of fourth order with corners far below the sample rate loses its digits as one recursion; second orders
+//! keep them.
 
 /// One second order: b₀ + b₁ z⁻¹ + b₂ z⁻² over 1 + a₁ z⁻¹ + a₂ z⁻².
 #[derive(Debug, Clone, Copy, PartialEq)]

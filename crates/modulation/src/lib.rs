@@ -1,5 +1,5 @@
-//! Temporal light modulation: from the samples of a photodiode to modulation depth, flicker index, SVM and PstLM, and to
-//! what a camera sees.
+//! Temporal light modulation: from the samples of a photodiode to modulation depth, flicker index, SVM and PstLM, and
+//! to what a camera sees.
 //!
 //! A pure function of a [`Waveform`]: no file, no clock. Every number is a [`Quantity`] with the parts of its
 //! uncertainty: the noise of the record, which is estimated from it, its sampling, and its own variation.

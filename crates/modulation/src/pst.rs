@@ -45,7 +45,8 @@ pub(crate) fn measured(samples: &[f64], rate_hz: f64, noise_rel: f64) -> Quantit
     // Of the two halves of the record: what another record of its length would give.
     let (first, second) = levels.split_at(levels.len() / 2);
     let halves = (severity(first.to_vec()) - severity(second.to_vec())).abs() / 2.0;
-    // The bilinear transform moves frequencies f to tan(πf/fs)·fs/π; at the corner the chain falls with the fifth power.
+    // The bilinear transform moves frequencies f to tan(πf/fs)·fs/π; at the corner the chain falls with the fifth
+    // power.
     let warped = 5.0 * (std::f64::consts::PI * LOW_PASS_HZ / rate_hz).powi(2) / 3.0;
     Quantity::new(
         value,
@@ -58,8 +59,8 @@ pub(crate) fn measured(samples: &[f64], rate_hz: f64, noise_rel: f64) -> Quantit
     )
 }
 
-/// What the noise that is in the record does to it: as much as the same noise once more does. Means of samples to 2 kHz,
-/// where the filters pass nothing.
+/// What the noise that is in the record does to it: as much as the same noise once more does. Means of samples to 2
+/// kHz, where the filters pass nothing.
 fn of_noise(samples: &[f64], mean: f64, rate_hz: f64, noise_rel: f64) -> f64 {
     if noise_rel == 0.0 {
         return 0.0;

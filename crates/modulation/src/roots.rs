@@ -5,8 +5,8 @@ use rustfft::num_complex::Complex;
 /// Rounds of the iteration; it converges quadratically from the fifth or so on.
 const ROUNDS: usize = 200;
 
-/// All roots of Σ cₙ sⁿ (`coefficients` from the constant term on, the last one not zero), by the simultaneous iteration
-/// of Durand and Kerner.
+/// All roots of Σ cₙ sⁿ (`coefficients` from the constant term on, the last one not zero), by the simultaneous
+/// iteration of Durand and Kerner.
 pub(crate) fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
     let degree = coefficients.len() - 1;
     let lead = coefficients[degree];

@@ -9,8 +9,8 @@ pub(crate) type Cosines = &'static [f64];
 pub(crate) const HANN: Cosines = &[0.5, -0.5];
 /// Harris 1978, four terms, side lobes at −92 dB.
 pub(crate) const BLACKMAN_HARRIS: Cosines = &[0.358_75, -0.488_29, 0.141_28, -0.011_68];
-/// HFT90D of Heinzel, Rüdiger and Schilling, "Spectrum and spectral density estimation by the DFT" (2002), appendix D.5:
-/// amplitudes at any frequency to 0.045 %, side lobes at −90 dB, zero from the fifth bin on.
+/// HFT90D of Heinzel, Rüdiger and Schilling, "Spectrum and spectral density estimation by the DFT" (2002), appendix
+/// D.5: amplitudes at any frequency to 0.045 %, side lobes at −90 dB, zero from the fifth bin on.
 pub(crate) const FLAT_TOP: Cosines = &[1.0, -1.942_604, 1.340_318, -0.440_811, 0.043_097];
 /// Bins on each side that belong to one component under [`FLAT_TOP`].
 pub(crate) const FLAT_TOP_BINS: usize = 5;

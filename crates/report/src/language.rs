@@ -1,7 +1,7 @@
 //! The report in other languages: every text by the table `language/texts.tsv`, which a translator can edit.
 //!
-//! A line of the table has the English text, the German and the French one, with tabs between. `{1}`, `{2}`, … stand for
-//! what changes from report to report; what stands there is translated in turn. A text that the table does not have
+//! A line of the table has the English text, the German and the French one, with tabs between. `{1}`, `{2}`, … stand
+//! for what changes from report to report; what stands there is translated in turn. A text that the table does not have
 //! stays English. Numbers keep their decimal point, as the files have it.
 
 use std::borrow::Cow;
@@ -30,7 +30,7 @@ struct Pattern {
 
 struct Texts {
     exact: HashMap<&'static str, &'static str>,
-    /// Those with the most letters of their own first.
+    /// Those that begin with the most letters of their own first, then those with the most in all.
     patterns: Vec<Pattern>,
 }
 
@@ -54,9 +54,10 @@ impl Texts {
                 texts.exact.insert(english, other);
             }
         }
-        texts
-            .patterns
-            .sort_by_key(|pattern| std::cmp::Reverse(pattern.literal.iter().map(String::len).sum::<usize>()));
+        texts.patterns.sort_by_key(|pattern| {
+            let letters = pattern.literal.iter().map(String::len);
+            std::cmp::Reverse((pattern.literal.first().map_or(0, String::len), letters.sum::<usize>()))
+        });
         texts
     }
 
@@ -86,6 +87,21 @@ impl Texts {
                 parts.join(joint)
             })
         })
+    }
+
+    /// Whether a part of the text that has words is not in the table.
+    fn lacks(&self, text: &str) -> bool {
+        if !has_words(text) || self.exact.contains_key(text) {
+            return false;
+        }
+        if self.patterns.iter().any(|pattern| pattern.places(text).is_some()) {
+            return false;
+        }
+        let joint = JOINTS.iter().find(|joint| {
+            let mut parts = text.split(**joint);
+            text.contains(**joint) && parts.any(|part| self.find(part).is_some())
+        });
+        joint.is_none_or(|joint| text.split(joint).any(|part| self.lacks(part)))
     }
 
     fn translated(&self, text: &str) -> String {
@@ -123,13 +139,25 @@ impl Pattern {
         let (last, between) = between.split_last()?;
         let mut rest = text.strip_prefix(first.as_str())?.strip_suffix(last.as_str())?;
         let mut places = Vec::new();
-        for literal in between {
-            let (place, after) = rest.split_once(literal.as_str())?;
+        // The last one as far back as it stands: what may hold it itself, a list, comes before it.
+        for (number, literal) in between.iter().enumerate() {
+            let (place, after) = if number + 1 == between.len() {
+                rest.rsplit_once(literal.as_str())?
+            } else {
+                rest.split_once(literal.as_str())?
+            };
             places.push(place);
             rest = after;
         }
         places.push(rest);
-        places.iter().all(|place| !place.is_empty()).then_some(places)
+        // Few letters of its own fit sentences that say something else: then numbers alone change.
+        let letters = self.literal.iter().flat_map(|literal| literal.chars());
+        let few = letters.filter(|letter| letter.is_alphabetic()).count() < 5;
+        let fits = |place: &&str| {
+            let first = place.chars().next();
+            first.is_some_and(|first| !few || first.is_ascii_digit() || "+-−±<".contains(first))
+        };
+        places.iter().all(fits).then_some(places)
     }
 }
 
@@ -150,11 +178,13 @@ pub fn is_untranslated(language: Language, text: &str) -> bool {
         Language::De => &GERMAN,
         Language::Fr => &FRENCH,
     };
-    let words = |text: &str| {
-        let words = text.split(|letter: char| !letter.is_alphabetic());
-        words.filter(|word| word.chars().count() > 3).count()
-    };
-    texts.find(text.trim()).is_none() && words(text) > 0
+    texts.lacks(text.trim())
+}
+
+/// Whether a text has words, not units and symbols alone.
+fn has_words(text: &str) -> bool {
+    let mut words = text.split(|letter: char| !letter.is_alphabetic());
+    words.any(|word| word.chars().count() > 3)
 }
 
 impl Document {

@@ -1,5 +1,5 @@
-//! A report as PDF, with its fonts inside and without a browser: the pages of `paper` drawn by krilla, tagged for readers
-//! who do not see them (PDF/UA-1) and for archives (PDF/A-2a).
+//! A report as PDF, with its fonts inside and without a browser: the pages of `paper` drawn by krilla, tagged for
+//! readers who do not see them (PDF/UA-1) and for archives (PDF/A-2a).
 
 mod fonts;
 mod tags;

@@ -102,8 +102,8 @@ impl VirtualRoom {
     }
 
     /// Serves the instruments as `memory:axes`, `memory:luxmeter`, `memory:spectrometer` and, where there are such,
-    /// `memory:outputs`, `memory:powermeter`, `memory:supply` and `memory:oscilloscope` of `links`, on the present runtime. A pipe opened with
-    /// other line settings than the instrument has is refused.
+    /// `memory:outputs`, `memory:powermeter`, `memory:supply` and `memory:oscilloscope` of `links`, on the present
+    /// runtime. A pipe opened with other line settings than the instrument has is refused.
     ///
     /// # Errors
     /// A name is served already.

@@ -50,7 +50,8 @@ async fn a_record_has_the_shape_of_the_light_sample_by_sample() {
     assert!((record.rate_hz / 50e3 - 1.0).abs() < 1e-9, "{}", record.rate_hz);
     assert_eq!(record.voltage_v.len(), 100_000);
     assert!((record.range_v.0 + 0.8).abs() < 1e-9 && (record.range_v.1 - 4.3).abs() < 1e-9);
-    // The phase is that of the moment at which it was forced: fitted, then every sample is the sine to 6 σ and half a step.
+    // The phase is that of the moment at which it was forced: fitted, then every sample is the sine to 6 σ and half a
+    // step.
     let turn = |k: usize| std::f64::consts::TAU * 100.0 * k as f64 / record.rate_hz;
     let fit = |of: fn(f64) -> f64| {
         let sum: f64 = record

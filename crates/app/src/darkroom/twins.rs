@@ -1,5 +1,5 @@
-//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply|oscilloscope`: the twins as a process, for other programs to
-//! talk to.
+//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply|oscilloscope`: the twins as a process, for other
+//! programs to talk to.
 
 use std::time::Duration;
 
@@ -76,7 +76,7 @@ pub struct Reachable {
     pub attach: Option<String>,
 }
 
-/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` is told their addresses once, before
+/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` gets their addresses once, before
 /// any byte.
 ///
 /// # Errors

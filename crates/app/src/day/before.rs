@@ -16,8 +16,9 @@ use crate::simulation::{scene, simulate};
 use crate::{Failure, scan};
 
 /// Checks the station, the plan and what it gives, the scene with the files that it names, the model and
-/// observations of the diagnosis, and the record of the light over time. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
-/// record says what was planned. What the day will not be able to claim goes to `progress`.
+/// observations of the diagnosis, and the record of the light over time. `scanned` is the folder of a day whose scan is
+/// complete: then nothing moves, and its record says what was planned. What the day will not be able to claim goes to
+/// `progress`.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.

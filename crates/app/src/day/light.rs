@@ -15,7 +15,8 @@ use crate::front_end::progress::{Event, Progress};
 use crate::modulation;
 use crate::simulation::{scene, simulate};
 
-/// Simulates the sensor with the model in the folder of results, compares the axis, and judges the record by the wanted.
+/// Simulates the sensor with the model in the folder of results, compares the axis, and judges the record by its
+/// limits.
 pub(crate) fn light(
     results: &Utf8Path,
     run: Run,

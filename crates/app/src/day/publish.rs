@@ -1,5 +1,5 @@
-//! The report of a day as files. A report that was issued is not lost when it is made again: it is kept, and the next one
-//! says what changed (ISO/IEC 17025, 7.8.8).
+//! The report of a day as files. A report that was issued is not lost when it is made again: it is kept, and the next
+//! one says what changed (ISO/IEC 17025, 7.8.8).
 
 use std::collections::BTreeMap;
 

@@ -39,7 +39,8 @@ pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<Planned, Failure> {
     })
 }
 
-/// What a scan of this plan will not be able to claim of its conditions, one sentence each. The limits of a job say more.
+/// What a scan of this plan will not be able to claim of its conditions, one sentence each. The limits of a job say
+/// more.
 pub fn not_claimable(station: &Station, plan: &Plan) -> Vec<String> {
     isolux_conformity::before::not_measured(station, plan)
 }

@@ -37,7 +37,8 @@ pub struct Run {
     /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
-    /// With --resume: why a report that was issued is made again; the one before is kept, the new one says what changed.
+    /// With --resume: why a report that was issued is made again; the one before is kept, the new one says what
+    /// changed.
     #[arg(long, value_name = "REASON", requires = "resume")]
     amend: Option<String>,
     /// Show the day on the local page, in the browser: the scan while it runs, the report at the end.

@@ -1,5 +1,5 @@
-//! Under which conditions it was measured: limits, stabilisation, temperature, supply, distance, scan, drift, closing check,
-//! instruments.
+//! Under which conditions it was measured: limits, stabilisation, temperature, supply, distance, scan, drift, closing
+//! check, instruments.
 
 use crate::axes::{Frame, Scale};
 use crate::document::Section;

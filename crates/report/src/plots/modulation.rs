@@ -33,8 +33,8 @@ pub fn light_over_time(modulation: &Modulation, title: &str) -> String {
     svg.finish()
 }
 
-/// Amplitudes of its components in per cent of its mean, with the amplitude at which the stroboscopic effect of a sine is
-/// just visible.
+/// Amplitudes of its components in per cent of its mean, with the amplitude at which the stroboscopic effect of a sine
+/// is just visible.
 pub fn light_over_frequency(modulation: &Modulation, title: &str) -> String {
     let mut svg = Svg::figure("Components of the light");
     svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, title);

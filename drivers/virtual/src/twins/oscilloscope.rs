@@ -1,7 +1,7 @@
 //! A Rigol DS1054Z with a photodiode that sees the lamp at its first input.
 //!
-//! Commands after the MSO1000Z/DS1000Z programming guide. One channel, DC-coupled; the record begins when it is forced and
-//! is then at rest.
+//! Commands after the MSO1000Z/DS1000Z programming guide. One channel, DC-coupled; the record begins when it is forced
+//! and is then at rest.
 
 use isolux_darkroom::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};
