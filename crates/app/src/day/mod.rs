@@ -51,7 +51,7 @@ pub struct Options {
     pub reread: bool,
     /// The reason for which instruments and folder may be taken over from a process that does not answer.
     pub force: Option<String>,
-    /// Why a drift beyond the wanted of the plan is accepted; none: it is refused after the scan, and the record stays.
+    /// Why a drift beyond the limits of the plan is accepted; none: it is refused after the scan, and the record stays.
     pub accept_drift: Option<String>,
     /// Why a report that was issued is made again.
     pub amend: Option<String>,
