@@ -5,7 +5,7 @@
 //! semicolons or tabs, and then numbers may have decimal commas.
 
 use crate::WaveformError;
-use crate::waveform::Recorded;
+use crate::recorded::Recorded;
 
 /// A time may differ from its place by this share of a step: times that were rounded.
 const UNEVEN: f64 = 0.2;

@@ -14,6 +14,7 @@ mod filter;
 mod harmonics;
 mod noise;
 mod pst;
+mod recorded;
 mod roots;
 mod svm;
 mod transform;

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use hound::{SampleFormat, WavReader};
 
 use crate::WaveformError;
-use crate::waveform::Recorded;
+use crate::recorded::Recorded;
 
 /// One channel; full scale is 1.
 pub(crate) fn read(bytes: &[u8], stated_rate_hz: Option<f64>) -> Result<Recorded, WaveformError> {

@@ -1,5 +1,6 @@
 //! A record of light over time at one sample rate.
 
+use crate::recorded::Recorded;
 use crate::{WaveformError, csv, wav};
 
 /// Fewest samples of a record.
@@ -45,15 +46,6 @@ pub struct Waveform {
     rate_hz: f64,
     unit: String,
     dark_is_stated: bool,
-}
-
-/// What a reader finds in a file.
-pub(crate) struct Recorded {
-    pub samples: Vec<f64>,
-    pub rate_hz: f64,
-    pub unit: String,
-    /// Ends of the recorder's range, where the file says.
-    pub range: Option<(f64, f64)>,
 }
 
 impl Waveform {

@@ -9,6 +9,7 @@ mod distance_class;
 pub mod event;
 pub mod filter;
 pub mod job;
+pub mod key;
 pub mod layout;
 pub mod light_modulation;
 pub mod limits;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::document::Fault;
-use crate::subject::Key;
+use crate::key::Key;
 
 /// Facts that ratings of the measured light need. What is not stated is not rated.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

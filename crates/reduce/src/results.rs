@@ -70,7 +70,10 @@ pub fn files(
     files.extend(spectral_files(reduction, run, program));
     files.extend(observed_spectrum(reduction, run));
     files.extend(colours::files(reduction, run, program));
-    files.extend(crate::eu_label::file(reduction, run)?);
+    files.extend(crate::eu_label::file(reduction, run)?.map(|text| ResultFile {
+        name: named(crate::eu_label::FILE),
+        bytes: text.into_bytes(),
+    }));
     let model = model_toml(reduction, run, run_files);
     files.push(ResultFile {
         name: named("luminaire.model.toml"),

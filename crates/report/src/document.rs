@@ -1,10 +1,10 @@
 //! A report as sections of blocks, from which both its forms are made: the HTML page and the PDF.
 
 use base64::Engine as _;
+use isolux_record::Language;
 
 use crate::clothes::Clothes;
 use crate::html::{Page, Tile};
-use crate::language::Language;
 use crate::svg::escape;
 
 /// A report.

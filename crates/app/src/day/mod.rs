@@ -7,8 +7,9 @@ mod before;
 mod diary;
 mod kept;
 pub(crate) mod light;
+pub(crate) mod paper;
 pub(crate) mod publish;
-pub(crate) mod report;
+mod report;
 pub(crate) mod requested;
 pub(crate) mod stored;
 
@@ -315,7 +316,7 @@ pub(crate) fn reported(
             files::write(&results.join("data-sheet.html"), sheet.html().as_bytes(), overwrite)?;
             files::write(
                 &results.join("data-sheet.pdf"),
-                &report::paper(&sheet, progress)?,
+                &paper::paper(&sheet, progress)?,
                 overwrite,
             )?;
         }

@@ -9,7 +9,7 @@ use isolux_record::subject::REPORT_KEYS;
 use isolux_report::day::{Amendment, amended, changes};
 use isolux_report::document::Document;
 
-use super::report::renew_paper;
+use super::paper::renew_paper;
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};

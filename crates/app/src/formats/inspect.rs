@@ -17,7 +17,7 @@ use isolux_formats::{Content, Parsed, ReadOptions};
 use self::read::parsed;
 use self::source::OpenFile;
 
-pub use action::{Action, RatedColour, is_rated_cct_k};
+pub use action::{Action, is_rated_cct_k};
 pub use coloured::{AngularColour, ColourOfDirection, ColouredQuantities};
 pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;

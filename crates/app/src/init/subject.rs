@@ -1,7 +1,8 @@
 //! The tables `[luminaire]` and `[report]` of a job that `init` writes.
 
 pub use isolux_record::Subject;
-use isolux_record::subject::{Key, LUMINAIRE_KEYS, REPORT_KEYS};
+use isolux_record::key::Key;
+use isolux_record::subject::{LUMINAIRE_KEYS, REPORT_KEYS};
 
 use crate::Failure;
 

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use super::ledger;
 use super::provenance::Provenance;
 use crate::Failure;
-use crate::day::{self, publish, report, requested};
+use crate::day::{self, paper, publish, requested};
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 use crate::instruments::bench::PROGRAM;
@@ -295,7 +295,7 @@ fn diagnosis(
 /// The page and the paper, where the results hold them.
 fn reports(
     day_results: &DayResults,
-    [page, paper]: [&String; 2],
+    [page, paper_name]: [&String; 2],
     results: &Utf8Path,
     again: &mut Again,
     progress: &dyn Progress,
@@ -317,9 +317,9 @@ fn reports(
             .or_default()
             .push(document.html().into_bytes());
     }
-    if results.join(paper).is_file() {
-        let bytes = report::paper(&document, progress)?;
-        again.made.entry(paper.clone()).or_default().push(bytes);
+    if results.join(paper_name).is_file() {
+        let bytes = paper::paper(&document, progress)?;
+        again.made.entry(paper_name.clone()).or_default().push(bytes);
     }
     Ok(())
 }

@@ -6,25 +6,21 @@ use isolux_units::digits::value_at;
 use super::{Known, Row, label};
 use crate::Reduction;
 use crate::error::ReduceError;
-use crate::results::{ResultFile, file_name};
 
 /// Name of the file among the results.
 pub const FILE: &str = "eu_label.csv";
 
-/// The file; none where the job has no table `[eu_label]`.
+/// Its text; none where the job has no table `[eu_label]`.
 ///
 /// # Errors
 /// [`ReduceError::Distribution`] never for a grid that was one already.
-pub(crate) fn file(reduction: &Reduction, run: &Run) -> Result<Option<ResultFile>, ReduceError> {
+pub(crate) fn file(reduction: &Reduction, run: &Run) -> Result<Option<String>, ReduceError> {
     let Some(label) = label(reduction, run)? else {
         return Ok(None);
     };
     let lines = label.rows.iter().map(line);
     let head = "parameter,value,unit,measured,expanded_uncertainty,unit_measured,source\n".to_owned();
-    Ok(Some(ResultFile {
-        name: file_name(reduction, FILE),
-        bytes: std::iter::once(head).chain(lines).collect::<String>().into_bytes(),
-    }))
+    Ok(Some(std::iter::once(head).chain(lines).collect()))
 }
 
 fn line(row: &Row) -> String {

@@ -4,10 +4,8 @@ use camino::Utf8Path;
 use isolux_formats::{Content, Finding};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::steps::target;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-use super::inspection::{Inspection, Quantities};
+use super::inspection::{Inspection, Quantities, RatedColour};
 use super::mismatch::spectrum;
 use crate::Failure;
 
@@ -28,17 +26,6 @@ impl Action {
         let spectrum = spectrum(file, &mut findings)?;
         Ok(Self { spectrum, findings })
     }
-}
-
-/// How far a colour is from that of a rated temperature.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RatedColour {
-    /// The rated correlated colour temperature, K.
-    pub cct_k: f64,
-    /// What has the colour that is compared with: a Planckian radiator, or daylight from 5000 K on.
-    pub of: String,
-    /// Distance in (u′, v′) in steps of 0.0011 (CIE TN 001).
-    pub steps: f64,
 }
 
 /// Whether there is a colour for a rated temperature in K.

@@ -5,7 +5,6 @@ use isolux_formats::{Content, Finding, Format, Kind, Severity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::action::RatedColour;
 use super::coloured::ColouredQuantities;
 use super::mismatch::Meter;
 use super::ray_quantities::RayQuantities;
@@ -45,6 +44,17 @@ pub enum Quantities {
     Rays(Box<RayQuantities>),
     /// Of what could not be read.
     None {},
+}
+
+/// How far a colour is from that of a rated temperature.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RatedColour {
+    /// The rated correlated colour temperature, K.
+    pub cct_k: f64,
+    /// What has the colour that is compared with: a Planckian radiator, or daylight from 5000 K on.
+    pub of: String,
+    /// Distance in (u′, v′) in steps of 0.0011 (CIE TN 001).
+    pub steps: f64,
 }
 
 /// The quantities of a spectrum.
