@@ -10,6 +10,7 @@ use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::{Event, Progress, Silent};
 use isolux_app::init::subject::Subject;
 use isolux_app::init::{self, DayPlan, Instruments};
+use isolux_app::verify::{self, State, VerifyRequest};
 use isolux_conformity::{Conformity, Outcome, Standing};
 use isolux_record::Run;
 use isolux_reduce::Budget;
@@ -227,24 +228,32 @@ fn an_issued_report_is_kept_when_it_is_amended() {
     let bench = Bench::new(issued);
     let day = bench.run(&Silent);
     let results = day.join("results");
-    let report = |job: Option<&Utf8Path>, amend: Option<&str>| {
-        day::report(&day, job, None, false, amend, Overwrite::Force, &Silent)
+    let report = |amend: Option<&str>| day::report(&day, None, None, false, amend, Overwrite::Force, &Silent);
+    let job = bench.folder.join("job.toml");
+    let again = |amend: Option<&str>| {
+        let options = Options {
+            job: Some(job.clone()),
+            out: Some(day.clone()),
+            resume: true,
+            amend: amend.map(str::to_owned),
+            ..Options::default()
+        };
+        day::run(&options, None, &Control::default(), &Silent).unwrap();
     };
     // The same again is no amendment.
-    report(None, None).unwrap();
+    report(None).unwrap();
     assert!(!results.join("amendments.json").exists());
     let first = std::fs::read(results.join("report.html")).unwrap();
     assert!(
-        report(None, Some("why"))
+        report(Some("why"))
             .unwrap_err()
             .message
             .contains("nothing in the report would change")
     );
 
-    let job = bench.folder.join("job.toml");
     let text = std::fs::read_to_string(&job).unwrap();
     std::fs::write(&job, text.replace("\"Smith\"", "\"Smythe\"")).unwrap();
-    report(Some(&job), Some("name of the customer")).unwrap();
+    again(Some("name of the customer"));
     assert!(std::fs::read(results.join("amendments/0/report.html")).unwrap() == first);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     for word in [
@@ -257,7 +266,7 @@ fn an_issued_report_is_kept_when_it_is_amended() {
     }
     // Without a reason too: an issued report is not lost.
     std::fs::write(&job, text.replace("\"Smith\"", "\"Smithson\"")).unwrap();
-    report(Some(&job), None).unwrap();
+    again(None);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     assert!(
         page.contains("Amendment 2")
@@ -265,4 +274,17 @@ fn an_issued_report_is_kept_when_it_is_amended() {
             && page.contains("<td>Smythe</td><td>Smithson</td>")
     );
     assert!(results.join("amendments/1/report.html").is_file());
+    // Every file of the day, the reports that were replaced among them, is as it was written.
+    let differing = || -> Vec<String> {
+        let request = VerifyRequest {
+            run: &day,
+            public_key: None,
+            station: None,
+        };
+        let found = verify::run(&request, &Silent).unwrap();
+        found.of(State::Differs).map(|file| file.name.clone()).collect()
+    };
+    assert_eq!(differing(), Vec::<String>::new());
+    std::fs::write(results.join("amendments/0/report.html"), "another").unwrap();
+    assert_eq!(differing(), ["results/amendments/0/report.html"]);
 }

@@ -34,8 +34,9 @@ pub struct Report {
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
-    /// Amend the report among the results: the one before is kept, and the new one says what changed and why.
-    #[arg(long, value_name = "REASON", conflicts_with_all = ["out", "pdf"])]
+    /// Amend the report among the results: the one before is kept, and the new one says what changed and why. What the
+    /// job states is changed by `isolux run JOB --resume DAY --amend REASON`.
+    #[arg(long, value_name = "REASON", conflicts_with_all = ["out", "pdf", "job"])]
     amend: Option<String>,
 }
 
