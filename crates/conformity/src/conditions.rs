@@ -257,3 +257,96 @@ impl Burning {
         burnings
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isolux_record::conditions::KEYS;
+    use isolux_record::event::{PowerSample, WarmUp};
+
+    fn of(stated: &str, measured: Option<[f64; 2]>, u: Option<f64>) -> JudgedCondition {
+        let found = Found {
+            measured,
+            u,
+            not_measured: "not measured".to_owned(),
+            no_u: "no u".to_owned(),
+            ..Found::default()
+        };
+        judged(KEYS[0], &toml::from_str(stated).unwrap(), found)
+    }
+
+    #[test]
+    fn a_range_is_met_where_it_keeps_the_limits_by_its_uncertainty() {
+        let limits = "nominal = 25.0\ntolerance = 1.2\n";
+        for (measured, u, standing) in [
+            ([24.5, 25.5], 0.1, Standing::Met),
+            // 25.9 + 0.2 is within 26.2, 26.1 + 0.2 is not.
+            ([24.5, 25.9], 0.1, Standing::Met),
+            ([24.5, 26.1], 0.1, Standing::NotMet),
+            ([23.9, 25.0], 0.1, Standing::NotMet),
+            ([24.5, 27.0], 0.1, Standing::NotMet),
+            ([24.5, 26.1], 0.0, Standing::Met),
+        ] {
+            let found = of(limits, Some(measured), Some(u));
+            assert_eq!(found.standing, standing, "{measured:?} u {u}");
+            assert_eq!(found.expanded, Some(2.0 * u));
+        }
+        let reason = |measured| of(limits, Some(measured), Some(0.1)).reason.unwrap();
+        assert!(reason([24.5, 26.1]).contains("uncertainty") && reason([24.5, 27.0]).contains("outside"));
+        for (stated, measured, u, words) in [
+            ("", Some([25.0, 25.0]), Some(0.1), "no limit"),
+            (limits, None, Some(0.1), "not measured"),
+            (limits, Some([25.0, 25.0]), None, "no u"),
+        ] {
+            let found = of(stated, measured, u);
+            assert_eq!(found.standing, Standing::NotKnown);
+            assert!(found.reason.unwrap().contains(words), "{words}");
+        }
+    }
+
+    #[test]
+    fn every_burning_is_judged_and_the_worst_counts() {
+        let logged = |event| Logged {
+            time_utc: String::new(),
+            event,
+        };
+        let look = |spread: f64| {
+            logged(Event::WarmUp(WarmUp {
+                lamp_s: 60.0,
+                illuminance_lx: 1.0,
+                spread_rel: None,
+                power: Some(PowerSample {
+                    power_w: Some(4.0),
+                    power_spread_rel: Some(spread),
+                }),
+            }))
+        };
+        let stable = |lamp_s: f64, spread_rel: f64| {
+            logged(Event::Stable {
+                lamp_s,
+                spread_rel,
+                noise_rel: 0.0,
+            })
+        };
+        let on = || logged(Event::Lamp { on: true });
+        let two = [
+            on(),
+            look(0.001),
+            stable(1900.0, 0.004),
+            on(),
+            look(0.002),
+            stable(1860.0, 0.003),
+        ];
+        let burnings = Burning::all(&two);
+        assert_eq!(
+            spread(&burnings, |one| Some(one.light_rel)).measured,
+            Some([0.003, 0.004])
+        );
+        assert_eq!(spread(&burnings, |one| one.power_rel).measured, Some([0.001, 0.002]));
+        assert_eq!(operating_time(&burnings).measured, Some([31.0, 1900.0 / 60.0]));
+        // The power of one burning alone says nothing of the run.
+        let one = [on(), look(0.001), stable(1900.0, 0.004), on(), stable(1860.0, 0.003)];
+        assert_eq!(spread(&Burning::all(&one), |one| one.power_rel).measured, None);
+        assert_eq!(spread(&[], |one| Some(one.light_rel)).measured, None);
+    }
+}
