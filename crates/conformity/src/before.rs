@@ -104,17 +104,12 @@ fn too_near(station: &Station, plan: &Plan) -> Option<String> {
         .iter()
         .find(|block| block.kind == ReadingKind::Lit && block.instrument != Instrument::Spectroradiometer)?;
     let distance_mm = lux.distance_mm.unwrap_or(station.bench().distance_mm);
-    let ratio = DistanceClass::of(distance_mm, Some(extent_mm)).ratio()?;
-    let needed = [(90.0, 5.0), (60.0, 10.0), (0.0, 15.0)].map(|(beam, _)| DistanceClass::wanted(Some(beam)));
-    let beam = match ratio {
-        _ if ratio < needed[0] => "no distribution at all",
-        _ if ratio < needed[1] => "a beam of 90° and more alone",
-        _ if ratio < needed[2] => "a beam of 60° and more alone",
-        _ => return None,
-    };
-    Some(format!(
-        "{distance_mm} mm are {ratio:.1} luminous diameters: far field of {beam}; other readings are apparent intensities"
-    ))
+    match DistanceClass::of(distance_mm, Some(extent_mm)) {
+        DistanceClass::Unknown | DistanceClass::Narrow(_) => None,
+        class => Some(format!(
+            "the distribution at {distance_mm} mm, {class}: other readings are apparent intensities"
+        )),
+    }
 }
 
 fn undecidable(station: &Station, plan: &Plan, requirements: &Requirements, has_waveform: bool) -> Vec<String> {

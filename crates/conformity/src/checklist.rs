@@ -101,7 +101,7 @@ pub fn checklist(
         &format!("not known: {}", reduction.flux.missing.join("; ")),
     );
     if !requirements.is_empty() {
-        let mut rules: Vec<&str> = requirements.iter().map(|one| one.rule_name.as_str()).collect();
+        let mut rules: Vec<&str> = requirements.iter().map(|one| one.rule.name()).collect();
         rules.sort_unstable();
         rules.dedup();
         add("decision rule", "ISO/IEC 17025, 7.8.6.2", Some(rules.join(", ")), "");

@@ -49,9 +49,8 @@ pub struct Decision {
     /// Largest value that is allowed.
     pub largest: Option<f64>,
     /// The rule: `simple`, `guarded` or `shared_risk`.
-    pub rule: String,
-    /// The rule as a report names it.
-    pub rule_name: String,
+    #[schemars(with = "String")]
+    pub rule: DecisionRule,
     /// What was decided.
     pub outcome: Outcome,
     /// Probability that the decision is false: that the true value is beyond the limit where it passed, within it where
@@ -113,13 +112,7 @@ fn decision(
         measured,
         smallest: bounds.smallest,
         largest: bounds.largest,
-        rule: match rule {
-            DecisionRule::Simple => "simple",
-            DecisionRule::Guarded => "guarded",
-            DecisionRule::SharedRisk => "shared_risk",
-        }
-        .to_owned(),
-        rule_name: rule.name().to_owned(),
+        rule,
         outcome,
         probability_false,
         reason,

@@ -2,10 +2,8 @@
 
 use isolux_modulation::Modulation;
 use isolux_record::requirements::{COLOUR_STEPS, Requirement};
+use isolux_reduce::ratings::steps_from;
 use isolux_reduce::{BeamAngles, Colour, Quantity, Reduction};
-
-/// Radius of one step of a colour circle in u′v′ (CIE TN 001:2014).
-const STEP: f64 = 0.0011;
 
 /// What was measured of the quantity that is required, with what tells it from others of its name (a half-plane);
 /// empty where it was not measured.
@@ -41,7 +39,8 @@ pub fn of(
         "rg" => of(colour, |colour| &colour.rg),
         COLOUR_STEPS => colour.and_then(|colour| {
             let (u_prime, v_prime) = (colour.u_prime.as_ref()?, colour.v_prime.as_ref()?);
-            Some(steps(requirement.centre?, u_prime, v_prime))
+            let [u, v] = requirement.centre?;
+            Some(steps_from(u_prime, v_prime, (u, v)))
         }),
         "total_cct_k" => of(total, |colour| &colour.cct),
         "total_ra" => of(total, |colour| &colour.ra),
@@ -63,37 +62,4 @@ fn planes(reduction: &Reduction, of: impl Fn(&BeamAngles) -> Option<&Quantity>) 
     planes
         .filter_map(|plane| Some((Some(plane.name()), of(plane)?.clone())))
         .collect()
-}
-
-/// Steps from the centre. How u′ and v′ vary together is not known: their uncertainties along the way to the centre
-/// add, which is the most that they can do.
-fn steps(centre: [f64; 2], u_prime: &Quantity, v_prime: &Quantity) -> Quantity {
-    let [du, dv] = [u_prime.value - centre[0], v_prime.value - centre[1]];
-    let away = du.hypot(dv);
-    let along = if away > 0.0 { [du / away, dv / away] } else { [1.0, 1.0] };
-    let part = along[0].abs() * u_prime.u_of_parts + along[1].abs() * v_prime.u_of_parts;
-    let missing = u_prime.missing.iter().chain(&v_prime.missing).cloned();
-    Quantity::new(away / STEP, "steps", [("chromaticity", part / STEP)]).lacking(missing)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_are_counted_from_the_centre_with_the_most_that_both_can_add() {
-        let of = |value: f64, u: f64| Quantity::new(value, "", [("noise", u)]);
-        let found = steps([0.2, 0.5], &of(0.2033, 0.0011), &of(0.5, 0.0022));
-        assert!(
-            (found.value - 3.0).abs() < 1e-9 && (found.u.unwrap() - 1.0).abs() < 1e-9,
-            "{found:?}"
-        );
-        let found = steps([0.2, 0.5], &of(0.2033, 0.0011), &of(0.5044, 0.0022));
-        assert!(
-            (found.value - 5.0).abs() < 1e-9 && (found.u.unwrap() - 2.2).abs() < 1e-9,
-            "{found:?}"
-        );
-        let lacking = of(0.2, 0.001).lacking(["no u".to_owned()]);
-        assert_eq!(steps([0.2, 0.5], &lacking, &of(0.5, 0.001)).u, None);
-    }
 }

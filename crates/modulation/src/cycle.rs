@@ -1,4 +1,4 @@
-//! The strongest frequency, and the light without what cannot be told from noise.
+//! The strongest frequency, and the light without what cannot be distinguished from noise.
 
 use isolux_reduce::Quantity;
 use rustfft::num_complex::Complex;

@@ -41,8 +41,7 @@ pub(crate) fn of_differences(samples: &[f64]) -> f64 {
 }
 
 /// Smallest step between samples that differ: the resolution of the record, in units of the samples; 0 where all are
-/// alike, or
-/// where there are too few values to tell.
+/// alike, or where there are too few values.
 pub(crate) fn resolution(samples: &[f64]) -> f64 {
     let mut values: Vec<f64> = samples.iter().copied().take(LONGEST).collect();
     values.sort_by(f64::total_cmp);

@@ -162,7 +162,7 @@ impl Pattern {
 }
 
 /// The text in a language.
-pub fn translated(language: Language, text: &str) -> Cow<'_, str> {
+fn translated(language: Language, text: &str) -> Cow<'_, str> {
     let texts = match language {
         Language::En => return Cow::Borrowed(text),
         Language::De => &GERMAN,
@@ -172,7 +172,7 @@ pub fn translated(language: Language, text: &str) -> Cow<'_, str> {
 }
 
 /// Whether a text says something in English that the table does not have.
-pub fn is_untranslated(language: Language, text: &str) -> bool {
+fn is_untranslated(language: Language, text: &str) -> bool {
     let texts = match language {
         Language::En => return false,
         Language::De => &GERMAN,

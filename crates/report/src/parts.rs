@@ -1,5 +1,6 @@
 //! Every figure and table of a report as files of their own: SVG, PNG and CSV.
 
+use isolux_reduce::eu_label::quoted;
 use resvg::tiny_skia::{Pixmap, Transform};
 
 use crate::document::{Block, Document};
@@ -77,16 +78,10 @@ fn slug(heading: &str) -> String {
     }
 }
 
-/// A row by RFC 4180.
+/// A row as RFC 4180 has it.
 fn csv_line(cells: &[String]) -> String {
-    let cells = cells.iter().map(|cell| {
-        if cell.contains([',', '"', '\n']) {
-            format!("\"{}\"", cell.replace('"', "\"\""))
-        } else {
-            cell.clone()
-        }
-    });
-    cells.collect::<Vec<_>>().join(",") + "\n"
+    let cells: Vec<String> = cells.iter().map(|cell| quoted(cell)).collect();
+    cells.join(",") + "\n"
 }
 
 fn png(svg: &str, options: &usvg::Options<'_>) -> Result<Vec<u8>, PdfError> {

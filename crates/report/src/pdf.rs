@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(first.unknown, BTreeSet::new());
         assert_eq!(first.not_archival, None);
         assert_eq!(document(words).pdf().unwrap().bytes, first.bytes);
-        // What a reader who does not see the page hears of it, and that it is for archives.
+        // The structure that a screen reader needs, and the marks of both standards.
         let holds = |part: &str| first.bytes.windows(part.len()).any(|found| found == part.as_bytes());
         for part in [
             "/H1",

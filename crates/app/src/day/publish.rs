@@ -64,9 +64,8 @@ pub(crate) fn publish(
     }
     let document = amended(document, &all);
     let text = serde_json::to_string_pretty(&stated).map_err(Failure::instrument)? + "\n";
-    let force = if page.exists() { Overwrite::Force } else { overwrite };
     files::write(&results.join(STATEMENTS), text.as_bytes(), Overwrite::Force)?;
-    files::write(page, document.html().as_bytes(), force)?;
+    files::write(page, document.html().as_bytes(), overwrite)?;
     renew_paper(&document, &page.with_extension("pdf"), overwrite, progress)
 }
 

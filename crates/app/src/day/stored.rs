@@ -2,6 +2,7 @@
 //! them belong to another one.
 
 use camino::Utf8Path;
+use isolux_conformity::Conformity;
 use isolux_diagnose::document::{Document, Independence, Verdict};
 use isolux_diagnose::on_axis::Comparison;
 use isolux_record::Run;
@@ -73,6 +74,10 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
     let file = results.join("comparison.json");
     if file.is_file() && !same(&day_results.comparison, &files::read_json::<Option<Comparison>>(&file)?)? {
         day_results.stale.push("comparison.json");
+    }
+    let file = results.join("conformity.json");
+    if file.is_file() && !same(&day_results.conformity, &files::read_json::<Conformity>(&file)?)? {
+        day_results.stale.push("conformity.json");
     }
     let file = results.join("diagnosis.json");
     let made = results.join("diagnosis/diagnosis.json");

@@ -10,8 +10,10 @@ use isolux_transport::SystemLinks;
 use isolux_virtual::Instrument;
 use isolux_virtual::twins::Choice;
 
+use super::FILES;
 use crate::Failure;
 use crate::files::{self, Overwrite};
+use crate::front_end::progress::{Event, Progress};
 use crate::instruments::catalogue::{Catalogue, open_failure};
 use crate::instruments::session::{self, Session};
 
@@ -34,8 +36,12 @@ pub struct Acquisition<'a> {
 ///
 /// # Errors
 /// Bad input (exit 2) for a wrong address or length and a file that exists, exit 3 when the instrument fails.
-pub fn acquire(request: &Acquisition<'_>) -> Result<Utf8PathBuf, Failure> {
+pub fn acquire(request: &Acquisition<'_>, progress: &dyn Progress) -> Result<Utf8PathBuf, Failure> {
     let file = request.out.join("waveform.csv");
+    // What would be refused after the record is refused before it.
+    for name in FILES {
+        files::refuse_existing(&request.out.join(name), request.overwrite)?;
+    }
     files::refuse_existing(&file, request.overwrite)?;
     for (what, value) in [("--duration", request.duration_s), ("--rate", request.least_rate_hz)] {
         if !(1e-3..=1e9).contains(&value) {
@@ -52,10 +58,16 @@ pub fn acquire(request: &Acquisition<'_>) -> Result<Utf8PathBuf, Failure> {
         };
         let catalogue = Catalogue::new(session.links.clone());
         let recorder = catalogue.waveform_recorder(request.open).await.map_err(open_failure)?;
+        progress.event(Event::Began {
+            step: "record",
+            total: None,
+        });
         let at = jiff::Timestamp::now();
         let duration = Duration::from_secs_f64(request.duration_s);
         let record = recorder.record(duration, request.least_rate_hz).await;
         let record = record.map_err(|error| Failure::instrument(&error))?;
+        let count = record.voltage_v.len();
+        progress.event(Event::Ended(&format!("{count} samples at {} Hz", record.rate_hz)));
         Ok((recorder.identity().clone(), record, at))
     })?;
     // Virtual time has no date.
@@ -102,6 +114,7 @@ fn csv(open: &str, identity: &Identity, record: &VoltageRecord, at: Option<jiff:
 mod tests {
     use super::*;
     use crate::FailureKind;
+    use crate::front_end::progress::Silent;
     use crate::modulation::{LightModulation, of};
 
     #[test]
@@ -114,7 +127,7 @@ mod tests {
             out: Utf8Path::from_path(keep.path()).unwrap(),
             overwrite: Overwrite::Never,
         };
-        let waveform = acquire(&request).unwrap();
+        let waveform = acquire(&request, &Silent).unwrap();
         let text = std::fs::read_to_string(&waveform).unwrap();
         for line in [
             "# model = RIGOL TECHNOLOGIES DS1054Z",
@@ -135,12 +148,12 @@ mod tests {
         let noise = (0.006_f64.powi(2) + 0.02_f64.powi(2) / 12.0).sqrt();
         assert!((found.noise_rel / noise - 1.0).abs() < 0.2, "{}", found.noise_rel);
         assert!(found.svm.quantity.unwrap().value < 0.02 && found.pst_lm.why_not.is_some());
-        assert_eq!(acquire(&request).unwrap_err().kind, FailureKind::BadInput);
+        assert_eq!(acquire(&request, &Silent).unwrap_err().kind, FailureKind::BadInput);
         let wrong = Acquisition {
             open: "zaber:memory:axes",
             overwrite: Overwrite::Force,
             ..request
         };
-        assert!(acquire(&wrong).unwrap_err().message.contains("scpi-scope"));
+        assert!(acquire(&wrong, &Silent).unwrap_err().message.contains("scpi-scope"));
     }
 }

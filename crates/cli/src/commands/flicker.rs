@@ -6,7 +6,7 @@ use isolux_app::Failure;
 use isolux_app::files::Overwrite;
 use isolux_app::modulation::{self, LightModulation};
 
-use crate::screen;
+use crate::screen::{self, Bars};
 
 /// Least sample rate of a record, Hz: ten times what SVM counts.
 const LEAST_RATE_HZ: f64 = 20_000.0;
@@ -71,7 +71,7 @@ pub fn run(arguments: &Flicker) -> Result<(), Failure> {
                 out,
                 overwrite,
             };
-            (modulation::acquire(&acquisition)?, None)
+            (modulation::acquire(&acquisition, &Bars::default())?, None)
         }
         _ => (arguments.file.clone().unwrap_or_default(), arguments.rate),
     };

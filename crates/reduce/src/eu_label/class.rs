@@ -81,23 +81,9 @@ pub(super) fn probabilities(efficacy: &Quantity) -> Vec<(Class, f64)> {
     classes.filter(|(_, share)| *share >= LEAST_PROBABILITY).collect()
 }
 
-/// The standard normal distribution function, to 1.5·10⁻⁷ (Abramowitz and Stegun, 7.1.26).
+/// The standard normal distribution function.
 fn normal(x: f64) -> f64 {
-    let z = x.abs() / std::f64::consts::SQRT_2;
-    if z.is_infinite() {
-        return if x > 0.0 { 1.0 } else { 0.0 };
-    }
-    let t = 1.0 / (1.0 + 0.327_591_1 * z);
-    let polynomial = [
-        1.061_405_429,
-        -1.453_152_027,
-        1.421_413_741,
-        -0.284_496_736,
-        0.254_829_592,
-    ];
-    let sum = polynomial.iter().fold(0.0, |sum, coefficient| (sum + coefficient) * t);
-    let beyond = 0.5 * sum * (-z * z).exp();
-    if x > 0.0 { 1.0 - beyond } else { beyond }
+    0.5 * libm::erfc(-x / std::f64::consts::SQRT_2)
 }
 
 #[cfg(test)]

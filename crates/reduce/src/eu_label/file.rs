@@ -47,7 +47,7 @@ fn line(row: &Row) -> String {
 }
 
 /// A cell as RFC 4180 has it.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -11,8 +11,8 @@ mod rows;
 use isolux_record::Run;
 
 pub use class::{Class, f_tm};
-pub use file::FILE;
 pub(crate) use file::file;
+pub use file::{FILE, quoted};
 pub use flux::{Cone, Directional};
 pub use rows::{Known, NOT_STATED, Row};
 

@@ -43,14 +43,13 @@ pub fn rated_colour(reduction: &Reduction, run: &Run) -> Option<RatedColour> {
         (None, None) => return None,
     };
     let (colour, of_all) = colour_of(reduction)?;
-    let steps = steps_from(colour.u_prime.as_ref()?, colour.v_prime.as_ref()?, rated);
+    let steps = steps_from(colour.u_prime.as_ref()?, colour.v_prime.as_ref()?, rated.uv_1976());
     Some(RatedColour { steps, with, of_all })
 }
 
-/// Distance of a measured chromaticity. u′ and v′ share their causes, and whether these move both to or from the rated
+/// Distance of a measured chromaticity from (u′, v′) in steps of 0.0011 (CIE TN 001). u′ and v′ share their causes, and whether these move both to or from the rated
 /// colour is not kept: of every cause both are taken to move it the same way, which is never too little.
-fn steps_from(u_prime: &Quantity, v_prime: &Quantity, rated: Chromaticity) -> Quantity {
-    let (u, v) = rated.uv_1976();
+pub fn steps_from(u_prime: &Quantity, v_prime: &Quantity, (u, v): (f64, f64)) -> Quantity {
     let (du, dv) = (u_prime.value - u, v_prime.value - v);
     let distance = du.hypot(dv);
     // At the rated colour itself a move in any direction leads away from it.
@@ -130,7 +129,7 @@ mod tests {
         let away = |du: f64, dv: f64| {
             let u_prime = Quantity::new(u + du, "", [("noise", 1e-4), ("wavelength", 2e-4)]);
             let v_prime = Quantity::new(v + dv, "", [("noise", 3e-4)]);
-            steps_from(&u_prime, &v_prime, rated)
+            steps_from(&u_prime, &v_prime, (u, v))
         };
         // 2.2 · 10⁻³ along u′ alone: two steps, of which v′ moves none.
         let along_u = away(0.0022, 0.0);
@@ -148,7 +147,7 @@ mod tests {
         let lacking = steps_from(
             &Quantity::new(u, "", [("noise", 1e-4)]).lacking(["x".to_owned()]),
             &along_u,
-            rated,
+            (u, v),
         );
         assert_eq!(lacking.u, None);
     }

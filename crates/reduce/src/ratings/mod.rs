@@ -4,6 +4,6 @@ mod light;
 mod outdoor;
 mod sector;
 
-pub use light::{HazardDistance, RatedColour, hazard_distance, photon_flux, rated_colour};
+pub use light::{HazardDistance, RatedColour, hazard_distance, photon_flux, rated_colour, steps_from};
 pub use outdoor::{OutdoorZones, outdoor};
 pub use sector::{flux_share, sector_flux};

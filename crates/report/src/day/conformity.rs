@@ -22,7 +22,7 @@ pub fn requirements(day_results: &DayResults) -> Option<Section> {
                 .map_or_else(|| "not measured".to_owned(), isolux_reduce::Quantity::stated),
             limits(one.smallest, one.largest, unit(one)),
             one.source.clone().unwrap_or_else(|| "–".to_owned()),
-            one.rule_name.clone(),
+            one.rule.name().to_owned(),
             one.outcome.words().to_owned(),
             one.probability_false.map_or_else(|| "–".to_owned(), probability),
         ]

@@ -60,7 +60,11 @@ pub fn data_sheet(day_results: &DayResults, report: &Document) -> Document {
     ));
     Document {
         title: report.title.replacen("Photometric report", "Data sheet", 1),
+        subtitle: report.subtitle.clone(),
+        foot: report.foot.clone(),
+        date: report.date,
+        language: report.language,
+        clothes: report.clothes.clone(),
         sections: vec![section],
-        ..report.clone()
     }
 }

@@ -20,7 +20,7 @@ const FILES: [(&str, &str); 20] = [
     ("luminaire.spd", "spectrum, plain columns"),
     ("eu_label.csv", "EU energy label and product information"),
     ("luminaire.model.toml", "the model that simulates and predicts"),
-    ("light_modulation.json", "numbers of the light over time"),
+    ("modulation.json", "numbers of the light over time"),
     ("irradiance.npy", "the map, 32-bit floats"),
     ("irradiance.png", "the map in false colours"),
     ("result.json", "numbers of the simulation"),

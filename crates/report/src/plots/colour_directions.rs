@@ -5,7 +5,7 @@ use isolux_spectrum::Chromaticity;
 use isolux_spectrum::cct::{Cct, nearest_planckian};
 
 /// Radius of one step in (u′, v′) (CIE TN 001).
-pub const STEP: f64 = 0.0011;
+pub const STEP: f64 = isolux_spectrum::steps::STEP_UV;
 
 /// Colour of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
