@@ -16,7 +16,8 @@ const STREET: [f64; 5] = [0.0, 45.0, 90.0, 135.0, 180.0];
 /// in C180; `at_last` of it at the last γ.
 fn lm63(near: f64, far: f64, last: f64, at_last: f64, opening: &str) -> Distribution {
     let mut text = format!(
-        "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NONE\n1 -1 1 3 5 1 2 {opening}\n1 1 10\n0 45 {last}\n0 45 90 135 180\n"
+        "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NONE\n\
+         1 -1 1 3 5 1 2 {opening}\n1 1 10\n0 45 {last}\n0 45 90 135 180\n"
     );
     for c in STREET {
         let cd = near + (far - near) * c / 180.0;

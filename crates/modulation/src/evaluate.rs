@@ -140,8 +140,8 @@ pub fn evaluate(waveform: &Waveform, camera: &Camera) -> Result<Modulation, Wave
     let (svm, folded) = svm::measured(&amplitudes);
     if folded > FOLDED * strongest.map_or(f64::INFINITY, |s| s.amplitude) {
         notes.push(format!(
-            "components of {:.2} % lie just below half the sample rate, others may be folded into the band: record with \
-             an anti-alias filter or a higher rate",
+            "components of {:.2} % lie just below half the sample rate, others may be folded into the band: record \
+             with an anti-alias filter or a higher rate",
             100.0 * folded
         ));
     }

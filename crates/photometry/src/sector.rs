@@ -125,7 +125,8 @@ mod tests {
             values in prop::collection::vec(0.0..100.0f64, 12), c in -400.0..400.0f64, width in 1.0..360.0f64,
             low in 0.0..80.0f64, high in 90.0..180.0f64
         ) {
-            let light = IntensityDistribution::new(vec![10.0, 100.0, 190.0], vec![0.0, 20.0, 90.0, 170.0], values).unwrap();
+            let planes = vec![10.0, 100.0, 190.0];
+            let light = IntensityDistribution::new(planes, vec![0.0, 20.0, 90.0, 170.0], values).unwrap();
             let sector = Sector { c_from_deg: c, c_width_deg: width, gamma_deg: [low, high] };
             let (nc, ng) = (600, 600);
             let (dc, dg) = (width / f64::from(nc), (high - low) / f64::from(ng));
@@ -143,9 +144,13 @@ mod tests {
 
         #[test]
         fn sectors_that_make_the_sphere_make_the_flux(
-            values in prop::collection::vec(-1.0..100.0f64, 12), c in 0.0..360.0f64, width in 0.0..360.0f64, gamma in 1.0..179.0f64
+            values in prop::collection::vec(-1.0..100.0f64, 12),
+            c in 0.0..360.0f64,
+            width in 0.0..360.0f64,
+            gamma in 1.0..179.0f64
         ) {
-            let light = IntensityDistribution::new(vec![10.0, 100.0, 190.0], vec![0.0, 20.0, 90.0, 180.0], values).unwrap();
+            let planes = vec![10.0, 100.0, 190.0];
+            let light = IntensityDistribution::new(planes, vec![0.0, 20.0, 90.0, 180.0], values).unwrap();
             let sum: f64 = [(c, width), (c + width, 360.0 - width)].iter().flat_map(|&(c_from_deg, c_width_deg)| {
                 [[0.0, gamma], [gamma, 180.0]].map(|gamma_deg| Sector { c_from_deg, c_width_deg, gamma_deg })
             }).map(|sector| light.sector_flux_lm(&sector)).sum();
