@@ -395,7 +395,7 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
         let page = folder.read(&out);
         assert!(page.contains(&reduced) && !page.contains(&first), "{reduced}");
         assert!(!page.contains("Consistency check of the record"));
-        assert!(page.contains("result.json, comparison.json, diagnosis.json"));
+        assert!(page.contains("result.json, comparison.json, conformity.json, diagnosis.json"));
     }
 
     // Without its job, what the day was asked is not guessed.
