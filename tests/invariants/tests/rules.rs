@@ -225,6 +225,7 @@ fn front_ends_reach_the_rest_through_app_alone() {
     for (name, reaches) in [
         ("isolux", ["isolux-app", "isolux-page"].as_slice()),
         ("isolux-page", &["isolux-app"]),
+        ("isolux-python", &["isolux", "isolux-app"]),
     ] {
         let Some(front) = workspace.member(name) else { continue };
         let own: Vec<_> = front
