@@ -3,9 +3,15 @@
 //! What the classes mean, with shapes and units, stands in `isolux/_isolux.pyi` as well, where editors read it.
 
 mod arrays;
+mod distribution;
 mod document;
 mod error;
+mod path;
+mod pictures;
 mod program;
+mod read;
+mod simulate;
+mod spectrum;
 mod wait;
 
 use pyo3::prelude::*;
@@ -14,7 +20,15 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _isolux {
     #[pymodule_export]
+    use crate::distribution::Distribution;
+    #[pymodule_export]
     use crate::program::run_program;
+    #[pymodule_export]
+    use crate::read::{read, read_all};
+    #[pymodule_export]
+    use crate::simulate::{Simulation, simulate};
+    #[pymodule_export]
+    use crate::spectrum::Spectrum;
 
     /// The version of the program, which is that of the package.
     #[pymodule_export]

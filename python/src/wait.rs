@@ -36,13 +36,6 @@ pub(crate) struct Listener {
     step: std::sync::Mutex<(String, Option<u64>)>,
 }
 
-impl Listener {
-    /// Set when nobody waits any more.
-    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.stop)
-    }
-}
-
 impl Progress for Listener {
     fn event(&self, event: Event<'_>) {
         if self.stop.load(Ordering::Relaxed) {

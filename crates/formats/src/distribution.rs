@@ -43,6 +43,20 @@ pub struct Native {
 }
 
 impl Distribution {
+    /// Absolute photometry without a description.
+    pub fn absolute(intensity: IntensityDistribution) -> Self {
+        Self {
+            symmetry: intensity.detect_symmetry(0.0),
+            intensity,
+            lamp_flux_lm: None,
+            absolute: true,
+            native: None,
+            luminaire: Luminaire::default(),
+            header: Map::new(),
+            eulumdat: None,
+        }
+    }
+
     /// The document of format `isolux-distribution/1`.
     pub fn to_json(&self) -> Value {
         let grid = &self.intensity;

@@ -141,6 +141,9 @@ pub fn traced(source: &LightSource, sensor: &Sensor, rays: u64, seed: u64) -> Re
     (0..rays.div_ceil(CHUNK))
         .into_par_iter()
         .for_each_init(Vec::new, |pending, chunk| {
+            if source.is_stopped() {
+                return;
+            }
             let (mut first, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(rays));
             pending.clear();
             let mut words = [[0_u32; LANES]; 4];
@@ -200,9 +203,11 @@ pub fn thinned(source: &LightSource, sensor: &Sensor, rays: u64, seed: u64) -> R
         first += in_cell;
     }
     // Block 3: a thinned ray shares no number with the traced ray of the same index.
-    pieces
-        .into_par_iter()
-        .for_each(|(cell, first, rays)| tracer.follow_cell(cell, first, rays, 3));
+    pieces.into_par_iter().for_each(|(cell, first, rays)| {
+        if !source.is_stopped() {
+            tracer.follow_cell(cell, first, rays, 3);
+        }
+    });
     Ok(counted(count, &emission, sensor, rays))
 }
 

@@ -30,6 +30,7 @@ pub mod simulation;
 mod sines;
 pub mod source;
 pub mod station;
+pub mod stop;
 mod strips;
 mod sum;
 pub mod table;

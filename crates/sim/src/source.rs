@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use crate::patch::Patch;
+use crate::stop::Stop;
 use crate::table::IntensityTable;
 
 /// Where the light of one part leaves from. Lengths in mm, luminaire frame; areas lie in planes z = const and emit
@@ -128,6 +129,7 @@ pub struct Part {
 pub struct LightSource {
     parts: Vec<Part>,
     extinction_per_mm: f64,
+    stop: Stop,
 }
 
 impl LightSource {
@@ -136,6 +138,7 @@ impl LightSource {
         Self {
             parts,
             extinction_per_mm: 0.0,
+            stop: Stop::default(),
         }
     }
 
@@ -154,6 +157,18 @@ impl LightSource {
     pub fn in_medium(mut self, extinction_per_mm: f64) -> Self {
         self.extinction_per_mm = extinction_per_mm;
         self
+    }
+
+    /// The same emitter for solvers that end when `stop` is requested, with a map that is not whole.
+    #[must_use]
+    pub fn until(mut self, stop: Stop) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// Whether solvers are asked to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.is_requested()
     }
 
     /// Extinction of the medium, 1/mm.

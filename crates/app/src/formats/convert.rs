@@ -5,7 +5,7 @@ pub use isolux_formats::ies::Photometry;
 pub use isolux_formats::spectral::Interpolation;
 use isolux_formats::spectral::SpectrumFile;
 use isolux_formats::{
-    Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, WriteOptions, Written, write_distribution,
+    Content, Distribution, Finding, Format, ReadOptions, Severity, WriteOptions, Written, write_distribution,
     write_spectrum,
 };
 pub use isolux_formats::{Edit, Symmetry};
@@ -55,8 +55,11 @@ pub fn run(
             .help(format!("take one of them out first: {}", names.join(", ")));
         return (None, Err(failure));
     }
-    let mut only = all.remove(0);
-    let written = encode(&mut only, target, requested);
+    let only = all.remove(0);
+    let written = match &only.document {
+        None => Err(unreadable(&only.findings)),
+        Some(content) => encode(content, target, requested),
+    };
     let mut inspection = Inspection {
         file: source.to_string(),
         format: only.format,
@@ -96,30 +99,44 @@ pub fn run(
     (Some(inspection), result)
 }
 
-fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, requested: &Options) -> Result<Written, Finding> {
-    let unreadable = || {
-        let worst = parsed
-            .findings
-            .iter()
-            .find(|finding| finding.severity == Severity::Error)
-            .cloned();
-        worst.unwrap_or_else(|| Finding::error("file-unreadable", "nothing could be read"))
-    };
+/// Writes `content` to `target`, with the changes of `requested`; the findings of writing come back.
+///
+/// # Errors
+/// Bad input (exit 2) for a target that exists or a format that cannot hold the content; nothing is written then.
+pub fn write(
+    content: &Content,
+    target: &Utf8Path,
+    requested: &Options,
+    overwrite: Overwrite,
+) -> Result<Vec<Finding>, Failure> {
+    files::refuse_existing(target, overwrite)?;
+    let written = encode(content, target, requested)
+        .map_err(|finding| Failure::bad_input(format!("{target}: {}", finding.message)))?;
+    files::write(target, &written.bytes, overwrite)?;
+    Ok(written.findings)
+}
+
+fn unreadable(findings: &[Finding]) -> Finding {
+    let worst = findings.iter().find(|finding| finding.severity == Severity::Error);
+    worst.map_or_else(
+        || Finding::error("file-unreadable", "nothing could be read"),
+        Clone::clone,
+    )
+}
+
+fn encode(content: &Content, target: &Utf8Path, requested: &Options) -> Result<Written, Finding> {
     let format = target
         .extension()
         .and_then(|extension| Format::of_extension(&extension.to_ascii_lowercase()));
-    match &parsed.document {
-        None => Err(unreadable()),
-        Some(Content::Distribution(_)) if requested.resample.is_some() || requested.series.is_some() => {
-            Err(Finding::error(
-                "convert-option",
-                "--series and --step-nm are for spectra; this file holds a distribution",
-            ))
-        }
-        Some(Content::Distribution(distribution)) if requested.edits.is_empty() => {
+    match content {
+        Content::Distribution(_) if requested.resample.is_some() || requested.series.is_some() => Err(Finding::error(
+            "convert-option",
+            "--series and --step-nm are for spectra; this file holds a distribution",
+        )),
+        Content::Distribution(distribution) if requested.edits.is_empty() => {
             encode_distribution(distribution, format, requested)
         }
-        Some(Content::Distribution(distribution)) => {
+        Content::Distribution(distribution) => {
             let (edited, mut findings) = distribution.edited(&requested.edits)?;
             let written = encode_distribution(&edited, format, requested)?;
             findings.extend(written.findings);
@@ -128,11 +145,11 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, requested: &Options) 
                 findings,
             })
         }
-        Some(Content::Spectrum(_)) if !requested.edits.is_empty() => Err(Finding::error(
+        Content::Spectrum(_) if !requested.edits.is_empty() => Err(Finding::error(
             "convert-option",
             "--set, --scale-flux, --rotate-c, --symmetrize and --resample are for distributions; this file holds a spectrum",
         )),
-        Some(Content::Spectrum(_))
+        Content::Spectrum(_)
             if requested.write.edition.is_some()
                 || requested.write.generation.is_some()
                 || requested.write.photometry.is_some() =>
@@ -142,7 +159,7 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, requested: &Options) 
                 "--edition, --generation and --photometry are for distributions; this file holds a spectrum",
             ))
         }
-        Some(Content::Spectrum(spectrum)) => encode_spectrum(spectrum, format, requested, target),
+        Content::Spectrum(spectrum) => encode_spectrum(spectrum, format, requested, target),
     }
 }
 

@@ -12,7 +12,7 @@ mod source;
 mod stated;
 
 use camino::Utf8Path;
-use isolux_formats::{Content, Parsed, ReadOptions};
+use isolux_formats::{Content, Kind, Parsed, ReadOptions};
 
 use self::read::parsed;
 use self::source::OpenFile;
@@ -38,6 +38,22 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
         Ok(parsed) => parsed.into_iter().map(|parsed| inspection(path, parsed)).collect(),
         Err(finding) => vec![Inspection::unreadable(path, finding)],
     }
+}
+
+/// What is said of `content` that is in no file yet; `name` stands for one.
+pub fn content(name: &str, content: Content) -> Inspection {
+    let kind = match content {
+        Content::Distribution(_) => Kind::Distribution,
+        Content::Spectrum(_) => Kind::Spectrum,
+    };
+    let parsed = Parsed {
+        inner: None,
+        format: None,
+        kind: Some(kind),
+        document: Some(content),
+        findings: Vec::new(),
+    };
+    inspection(Utf8Path::new(name), parsed)
 }
 
 fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {

@@ -3,9 +3,12 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::ReadOptions;
-use isolux_model::{Accuracy, Model, Scene};
+use isolux_model::{Accuracy, Emitter, Luminaire, Model, Scene, Spectral};
+use isolux_photometry::IntensityDistribution;
 use isolux_record::document::read_text;
-use toml::{Table, Value};
+use isolux_spectrum::Spectrum;
+use toml::Table;
+pub use toml::Value;
 
 use crate::{Failure, files};
 
@@ -53,7 +56,7 @@ impl Changes {
 
 /// What a simulation takes for granted where `input` names no sensor and no option says otherwise: each with its value
 /// and unit.
-pub(crate) fn assumed(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Vec<String> {
+pub fn assumed(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Vec<String> {
     if is_scene(input) {
         return Vec::new();
     }
@@ -143,6 +146,59 @@ pub(crate) fn of_the_published_case(model: &Model) -> Result<Scene, Failure> {
     table.remove("model");
     let text = toml::to_string(&table).map_err(Failure::bad_input)?;
     Scene::parse_with(Utf8Path::new("scene.toml"), &text, model).map_err(Failure::bad_input)
+}
+
+/// A luminaire that is in no file, before the sensor of the published case, with `changes`.
+///
+/// # Errors
+/// Exit 2 with the key, and what to do; also for a change of what only a file holds.
+pub fn of_distribution(
+    intensity: IntensityDistribution,
+    spectrum: Option<Spectrum>,
+    changes: &Changes,
+) -> Result<Scene, Failure> {
+    let at = Utf8Path::new("scene.toml");
+    if changes.luminous_area || changes.spectrum.is_some() {
+        return Err(
+            Failure::bad_input("a distribution in memory has no file with luminous dimensions or a spectrum")
+                .help("write it to a file, and simulate that"),
+        );
+    }
+    let mut table = with_sensor("luminaire", "");
+    table.insert("luminaire".into(), Table::new().into());
+    let mut table = changed(at, table, changes)?;
+    let mut luminaire = match table.remove("luminaire") {
+        Some(Value::Table(luminaire)) => luminaire,
+        _ => Table::new(),
+    };
+    let emitter = match luminaire.remove("emitter") {
+        None => Emitter::Point {},
+        Some(emitter) => emitter
+            .try_into()
+            .map_err(|error| Failure::bad_input(format!("luminaire.emitter: {error}")))?,
+    };
+    if let Some(key) = luminaire
+        .keys()
+        .next()
+        .map(|key| format!("luminaire.{key}"))
+        .or_else(|| {
+            let own = ["model", "effect"].into_iter().find(|key| table.contains_key(*key));
+            own.map(str::to_owned)
+        })
+    {
+        return Err(
+            Failure::bad_input(format!("{key}: a distribution in memory has no such key"))
+                .help("write it to a file, and simulate a scene that names the file"),
+        );
+    }
+    let spectral = spectrum.map_or(Spectral::None, Spectral::Spectrum);
+    let model = Model::of(Luminaire::new(intensity, emitter, spectral));
+    let text = toml::to_string(&table).map_err(Failure::bad_input)?;
+    Scene::parse_with(at, &text, &model).map_err(|mut error| {
+        // The lines are those of a text that nobody wrote.
+        (error.line, error.column) = (None, None);
+        Failure::bad_input(error)
+    })
 }
 
 /// Sets a dotted key; a number in brackets picks an entry of a list.

@@ -7,21 +7,26 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::disk::Pending;
 use isolux_report::sensor;
 use isolux_sim::against;
+use isolux_sim::array::Number;
 use isolux_sim::direct::DirectError;
 use isolux_sim::rays;
 use isolux_sim::setup::SetupError;
 use isolux_sim::simulation::{self, MapUnit, Simulation, SimulationError};
 
-use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::front_end::progress::{Event, Progress};
 use crate::simulation::scene::{self, Changes};
 use crate::simulation::{array_files, memory};
+use crate::{Failure, FailureKind};
 
 pub use isolux_model::Accuracy;
 pub use isolux_report::sensor::{mean, numeric};
 pub use isolux_sim::direct::Sampling;
 pub use isolux_sim::simulation::{Facts, Method};
+pub use isolux_sim::stop::Stop;
+
+/// A simulation with the map as the solver found it.
+pub type Exact = Simulation<f64>;
 
 /// What is simulated, how, and where the result goes.
 #[derive(Debug, Clone)]
@@ -172,12 +177,33 @@ pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, 
     let start = Instant::now();
     let simulation =
         simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| refused(&error))?;
+    finite(simulation)
+}
+
+/// As [`solve`], with the map as the solver found it, before it is rounded for a file; ends early where `stop` is
+/// requested.
+///
+/// # Errors
+/// As [`solve`]; [`FailureKind::Interrupted`] where `stop` was requested.
+pub fn solve_exact(scene: &isolux_model::Scene, method: Method, stop: &Stop) -> Result<Exact, Failure> {
+    memory::refuse_too_many(scene.sensor.pixels)?;
+    let start = Instant::now();
+    let simulation =
+        simulation::exact(scene, method, &|| start.elapsed().as_secs_f64(), stop).map_err(|error| refused(&error))?;
+    finite(simulation)
+}
+
+/// A simulation whose map holds light alone.
+///
+/// # Errors
+/// Exit 2 with the first pixel that is no number.
+fn finite<T: Number + Into<f64> + std::fmt::Display>(simulation: Simulation<T>) -> Result<Simulation<T>, Failure> {
     let facts = &simulation.facts;
     // A sum that is finite has only finite terms; they are stored as f32.
     if facts.mean.is_finite() && facts.min.abs().max(facts.max.abs()) < f64::from(f32::MAX) {
         return Ok(simulation);
     }
-    match simulation.map.iter().position(|value| !value.is_finite()) {
+    match simulation.map.iter().position(|value| !(*value).into().is_finite()) {
         None => Ok(simulation),
         Some(pixel) => {
             let [nx, _] = facts.pixels;
@@ -202,6 +228,13 @@ fn refused(error: &SimulationError) -> Failure {
         SimulationError::Responsivity { .. } => "the file has the columns wavelength_nm,qe",
         SimulationError::Setup(SetupError::Behind { .. }) => {
             "sensor.tilt_x_deg, sensor.tilt_y_deg and sensor.offset_mm say how it stands; 0° faces the luminaire"
+        }
+        SimulationError::Stopped => {
+            return Failure {
+                kind: FailureKind::Interrupted,
+                message: error.to_string(),
+                help: None,
+            };
         }
         SimulationError::Setup(_) => "check the [sensor] table of the scene: distance_mm, offset_mm and tilts",
     };
@@ -237,6 +270,11 @@ pub fn write(
     overwrite: Overwrite,
 ) -> Result<(), Failure> {
     files::publish(prepared(folder, simulation, u_rel, overwrite)?)
+}
+
+/// The map as a picture: PNG with a colour bar, as in `irradiance.png`.
+pub fn picture(simulation: &Simulation) -> Vec<u8> {
+    sensor::marked(simulation, None).png()
 }
 
 /// The result files on the disk, without their names yet; `result.json` last.

@@ -39,6 +39,7 @@ const LOOKED: f64 = 0.8;
 /// A source before a sensor, with everything that does not depend on the pixel.
 pub(super) struct Prepared<'a> {
     items: Vec<Item<'a>>,
+    pub source: &'a LightSource,
     pub tolerances: &'static Tolerances,
     pub allowed: Allowed,
     pub routes: Routes,
@@ -159,6 +160,7 @@ impl<'a> Prepared<'a> {
         };
         Self {
             items,
+            source,
             tolerances,
             allowed,
             routes,

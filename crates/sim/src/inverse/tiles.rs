@@ -59,6 +59,9 @@ pub(super) fn fill(prepared: &Prepared<'_>, sensor: &Sensor, map: &mut [f64]) ->
             let height = rows.len() / sensor.nx;
             let mut found = Bound::default();
             for x in (0..sensor.nx).step_by(side) {
+                if prepared.source.is_stopped() {
+                    break;
+                }
                 let tile = Tile {
                     x,
                     y: 0,

@@ -12,6 +12,9 @@ pub enum SimulationError {
     /// The rays.
     #[error(transparent)]
     Direct(#[from] DirectError),
+    /// Another thread asked for it.
+    #[error("the simulation was stopped before its end")]
+    Stopped,
     /// The camera's responsivity.
     #[error("sensor.responsivity: {message}")]
     Responsivity {

@@ -14,10 +14,11 @@ use rayon::prelude::*;
 pub use self::error::SimulationError;
 pub use self::facts::{AccuracyFacts, Against, Band, CameraFacts, ColourAt, ColourFacts, Facts, MapUnit, PixelBound};
 use self::receiver::Receiver;
-use crate::array::{Array, RUN};
+use crate::array::{Array, Number, RUN};
 use crate::direct::{self, Counts, Sampling};
 use crate::inverse::Bound;
 use crate::setup::Setup;
+use crate::stop::Stop;
 use crate::{blur, inverse};
 
 /// How the light is computed.
@@ -36,11 +37,11 @@ pub enum Method {
     },
 }
 
-/// A map and what it is worth.
+/// A map and its facts. The map holds `f32`, as files do, or what the solver found.
 #[derive(Debug, Clone)]
-pub struct Simulation {
+pub struct Simulation<T: Number = f32> {
     /// Mean of each pixel, `[iy * nx + ix]`, in [`Facts::unit`].
-    pub map: Array<f32>,
+    pub map: Array<T>,
     /// Digital numbers of one exposure, where the scene has a camera.
     pub signal_dn: Option<Vec<u16>>,
     /// Rays of each pixel, direct only.
@@ -56,16 +57,45 @@ pub struct Simulation {
 /// # Errors
 /// [`SimulationError`] for an impossible scene, camera or number of rays, before the map is computed.
 pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<Simulation, SimulationError> {
-    let setup = Setup::new(scene)?;
+    Ok(exact(scene, method, now, &Stop::default())?.rounded())
+}
+
+impl Simulation<f64> {
+    /// With the map as files hold it.
+    pub fn rounded(self) -> Simulation {
+        Simulation {
+            map: rounded(&self.map),
+            signal_dn: self.signal_dn,
+            counts: self.counts,
+            facts: self.facts,
+            setup: self.setup,
+        }
+    }
+}
+
+/// As [`simulate`], with the map as the solver found it, and ended early where `stop` is requested.
+///
+/// # Errors
+/// As [`simulate`]; [`SimulationError::Stopped`] where `stop` was requested before the map was whole.
+pub fn exact(
+    scene: &Scene,
+    method: Method,
+    now: &dyn Fn() -> f64,
+    stop: &Stop,
+) -> Result<Simulation<f64>, SimulationError> {
+    let mut setup = Setup::new(scene)?;
+    setup.source = setup.source.until(stop.clone());
     let receiver = Receiver::of(scene, &setup)?;
     let started = now();
     let solved = Solved::of(&setup, method, scene.accuracy)?;
+    if stop.is_requested() {
+        return Err(SimulationError::Stopped);
+    }
     let elapsed_s = now() - started;
     let receiver = receiver.lit_by(&setup, &solved.map);
     let exposure = receiver.exposure(&solved.map);
     let facts = stated::facts(scene, &setup, &receiver, method, &solved);
     Ok(Simulation {
-        map: rounded(&solved.map),
         facts: Facts {
             elapsed_s: Some(elapsed_s),
             camera: exposure.as_ref().map(|exposure| exposure.facts),
@@ -73,6 +103,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         },
         signal_dn: exposure.map(|exposure| exposure.signal_dn),
         counts: solved.counts,
+        map: solved.map,
         setup,
     })
 }
