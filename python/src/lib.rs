@@ -3,13 +3,16 @@
 //! What the classes mean, with shapes and units, stands in `isolux/_isolux.pyi` as well, where editors read it.
 
 mod arrays;
+mod diagnose;
 mod distribution;
 mod document;
 mod error;
 mod path;
 mod pictures;
 mod program;
+mod quantity;
 mod read;
+mod run;
 mod simulate;
 mod spectrum;
 mod wait;
@@ -20,11 +23,17 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _isolux {
     #[pymodule_export]
+    use crate::diagnose::{_diagnose, _predict};
+    #[pymodule_export]
     use crate::distribution::Distribution;
     #[pymodule_export]
     use crate::program::run_program;
     #[pymodule_export]
+    use crate::quantity::Quantity;
+    #[pymodule_export]
     use crate::read::{read, read_all};
+    #[pymodule_export]
+    use crate::run::{Reduction, Run};
     #[pymodule_export]
     use crate::simulate::{Simulation, simulate};
     #[pymodule_export]

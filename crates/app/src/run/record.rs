@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use camino::Utf8Path;
 use isolux_record::disk::sha256;
-use isolux_record::{Run, RunError, RunLock};
+use isolux_record::{RunError, RunLock};
+pub use isolux_record::reading::Reading;
+pub use isolux_record::spectra::{DarkSubtraction, Pixel, SpectrumRecord};
+pub use isolux_record::Run;
 use serde::Deserialize;
 
 use crate::{Failure, files};

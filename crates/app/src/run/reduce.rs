@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Model;
 use isolux_record::{Run, Subject};
-use isolux_reduce::{Budget, COLOUR_FOLDER, Correction, Options, ReduceError, Reduction, reduce};
+use isolux_reduce::{Budget, COLOUR_FOLDER, Options, ReduceError, reduce};
+pub use isolux_reduce::{Correction, Quantity, Reduction, ResultFile};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -112,24 +113,7 @@ pub struct ReduceRequest<'a> {
 /// (exit 2) for a record that gives no distribution, an unknown correction, a bench effect without inverse, or results
 /// that exist. Nothing is written then.
 pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
-    let without = request
-        .without
-        .iter()
-        .map(|word| word.parse::<Correction>())
-        .collect::<Result<BTreeSet<_>, _>>()
-        .map_err(Failure::bad_input)?;
-    let model = request.with.map(Model::load).transpose().map_err(Failure::bad_input)?;
-    // Read before anything is written: the model may lie among the results that are replaced.
-    let kept = model.as_ref().map(model_files).transpose()?;
-    let mut record = record::read_at_rest(run)?;
-    if let Some(subject) = request.subject {
-        record.header.state(subject);
-    }
-    let accept_drift = request.accept_drift.map(str::to_owned);
-    let reduction = reduce(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
-    let mut inputs = run_files(run, &record)?;
-    inputs.extend(kept_inputs(kept.as_deref()));
-    let made = isolux_reduce::files(&reduction, &record, &inputs, PROGRAM).map_err(Failure::bad_input)?;
+    let (record, reduction, made, kept) = computed(run, request)?;
     let folder = request
         .out
         .map_or_else(|| results_folder(run, &reduction), Utf8Path::to_owned);
@@ -150,6 +134,40 @@ pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) ->
         files: made.into_iter().map(|file| file.name).collect(),
         outdated,
     })
+}
+
+/// Reduces as [`run`] does, and writes nothing: the reduction, and the files that it would be.
+///
+/// # Errors
+/// As [`run`].
+pub fn in_memory(run: &Utf8Path, request: &ReduceRequest<'_>) -> Result<(Reduction, Vec<ResultFile>), Failure> {
+    let (_, reduction, made, _) = computed(run, request)?;
+    Ok((reduction, made))
+}
+
+/// The run, what it says, its files, and the files of the model that was given.
+type Computed = (Run, Reduction, Vec<ResultFile>, Option<Vec<(String, Vec<u8>)>>);
+
+fn computed(run: &Utf8Path, request: &ReduceRequest<'_>) -> Result<Computed, Failure> {
+    let without = request
+        .without
+        .iter()
+        .map(|word| word.parse::<Correction>())
+        .collect::<Result<BTreeSet<_>, _>>()
+        .map_err(Failure::bad_input)?;
+    let model = request.with.map(Model::load).transpose().map_err(Failure::bad_input)?;
+    // Read before anything is written: the model may lie among the results that are replaced.
+    let kept = model.as_ref().map(model_files).transpose()?;
+    let mut record = record::read_at_rest(run)?;
+    if let Some(subject) = request.subject {
+        record.header.state(subject);
+    }
+    let accept_drift = request.accept_drift.map(str::to_owned);
+    let reduction = reduce(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
+    let mut inputs = run_files(run, &record)?;
+    inputs.extend(kept_inputs(kept.as_deref()));
+    let made = isolux_reduce::files(&reduction, &record, &inputs, PROGRAM).map_err(Failure::bad_input)?;
+    Ok((record, reduction, made, kept))
 }
 
 /// The reports in a folder whose results are about to become others; provenance.json names the program too, which is no

@@ -35,6 +35,16 @@ pub fn run(
     overwrite: Overwrite,
 ) -> Result<Predicted, Failure> {
     files::refuse_existing(out, overwrite)?;
+    let (predicted, table) = table(model, observations)?;
+    files::write(out, &table.csv()?, overwrite)?;
+    Ok(predicted)
+}
+
+/// Predicts every row of `observations` as [`run`] does, and writes nothing.
+///
+/// # Errors
+/// As [`run`].
+pub fn table(model: &Utf8Path, observations: &Utf8Path) -> Result<(Predicted, Table), Failure> {
     let model_path = model;
     let model = Model::load(model_path).map_err(Failure::bad_input)?;
     let observations = open(observations, Need::Coordinates).map_err(Failure::bad_input)?;
@@ -56,7 +66,6 @@ pub fn run(
         return Err(Failure::bad_input(message)
             .help("look at the values of the model's effects: one of them is not possible here"));
     }
-    files::write(out, &table.csv()?, overwrite)?;
     let names = |acts: bool| {
         model
             .effects()
@@ -65,7 +74,7 @@ pub fn run(
             .map(isolux_model::Effect::name)
             .collect()
     };
-    Ok(Predicted {
+    let predicted = Predicted {
         kind,
         rows: table.values.len(),
         effects_applied: names(true),
@@ -74,15 +83,21 @@ pub fn run(
             Observations::Readings(readings) => readings.notices().to_vec(),
             Observations::Maps(_) | Observations::Spectra(_) => Vec::new(),
         },
-    })
+    };
+    Ok((predicted, table))
 }
 
 /// Coordinates as text and the predicted value of each row.
-struct Table {
-    header: Vec<String>,
-    coordinates: Vec<Vec<String>>,
-    column: &'static str,
-    values: Vec<f64>,
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Names of the coordinates.
+    pub header: Vec<String>,
+    /// One text a name, for each row.
+    pub coordinates: Vec<Vec<String>>,
+    /// Name of the predicted values, with their unit.
+    pub column: &'static str,
+    /// One a row.
+    pub values: Vec<f64>,
 }
 
 impl Table {
