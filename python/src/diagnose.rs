@@ -30,7 +30,10 @@ pub(crate) fn _diagnose<'py>(
 ) -> PyResult<(Bound<'py, PyAny>, Vec<String>, Option<String>)> {
     let request = DiagnoseRequest {
         model: utf8(py, model)?,
-        observations: observations.into_iter().map(|path| utf8(py, path)).collect::<PyResult<_>>()?,
+        observations: observations
+            .into_iter()
+            .map(|path| utf8(py, path))
+            .collect::<PyResult<_>>()?,
         out: utf8(py, out)?,
         held_out: held_out.map(|path| utf8(py, path)).transpose()?,
         seed,

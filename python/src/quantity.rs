@@ -30,7 +30,11 @@ impl Quantity {
     /// The known parts of the uncertainty by name; they add in squares.
     #[getter]
     fn parts(&self) -> std::collections::BTreeMap<String, f64> {
-        self.0.parts.iter().map(|(name, part)| (name.to_string(), *part)).collect()
+        self.0
+            .parts
+            .iter()
+            .map(|(name, part)| (name.to_string(), *part))
+            .collect()
     }
 
     /// What was neither measured nor stated, one phrase each.

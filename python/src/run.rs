@@ -34,7 +34,9 @@ impl Run {
     #[new]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let path = utf8(py, path)?;
-        let record = py.detach(|| record::read(&path)).map_err(|failure| raised(py, failure))?;
+        let record = py
+            .detach(|| record::read(&path))
+            .map_err(|failure| raised(py, failure))?;
         Ok(Self {
             path,
             record: Arc::new(record),
@@ -115,8 +117,20 @@ impl Run {
         };
         let whole = |of: &dyn Fn(&SpectrumRecord) -> i64| spectra.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
         columns.set_item("index", whole(&|spectrum| spectrum.index as i64))?;
-        columns.set_item("block", spectra.iter().map(|spectrum| spectrum.block.clone()).collect::<Vec<_>>())?;
-        columns.set_item("kind", spectra.iter().map(|spectrum| spectrum.kind.to_string()).collect::<Vec<_>>())?;
+        columns.set_item(
+            "block",
+            spectra
+                .iter()
+                .map(|spectrum| spectrum.block.clone())
+                .collect::<Vec<_>>(),
+        )?;
+        columns.set_item(
+            "kind",
+            spectra
+                .iter()
+                .map(|spectrum| spectrum.kind.to_string())
+                .collect::<Vec<_>>(),
+        )?;
         columns.set_item("point", whole(&|spectrum| spectrum.point as i64))?;
         columns.set_item("time_s", number(&|spectrum| spectrum.time_s))?;
         columns.set_item("lamp_s", number(&|spectrum| spectrum.lamp_s))?;
@@ -231,7 +245,10 @@ impl Reduction {
     /// Luminous efficacy of the radiation in lm/W, where a spectrum was taken.
     #[getter]
     fn ler(&self) -> Option<Quantity> {
-        self.found.spectral.as_ref().map(|spectral| Quantity(spectral.ler.clone()))
+        self.found
+            .spectral
+            .as_ref()
+            .map(|spectral| Quantity(spectral.ler.clone()))
     }
 
     /// Irradiance on the axis in W/m² at the distance of the spectrum, where one was taken.
@@ -302,7 +319,10 @@ impl Reduction {
     fn file<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
         let found = self.files.iter().find(|file| file.name == name);
         found.map(|file| PyBytes::new(py, &file.bytes)).ok_or_else(|| {
-            PyValueError::new_err(format!("there is no file {name:?}; there are {}", self.file_names().join(", ")))
+            PyValueError::new_err(format!(
+                "there is no file {name:?}; there are {}",
+                self.file_names().join(", ")
+            ))
         })
     }
 

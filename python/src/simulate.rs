@@ -121,10 +121,8 @@ impl Source {
             message: format!("{path}: {}", failure.message),
             ..failure
         })?;
-        let assumed = scene::assumed(&path, &scene, asked);
-        if !assumed.is_empty() {
-            let finding = format!("assumed, because {path} names no sensor: {}", assumed.join(", "));
-            solved.facts.findings.insert(0, finding);
+        if let Some(assumption) = scene::assumption(&path, &scene, asked) {
+            solved.facts.findings.insert(0, assumption);
         }
         Ok(solved)
     }

@@ -129,6 +129,6 @@ def predict(model: AnyPath, observations: Observations) -> np.ndarray:
     The last field is the prediction, ``predicted_illuminance_lx``, ``predicted_signal`` or that of spectra.
     """
     _, texts, name, values = _predict(model, _path(observations))
-    columns: Dict[str, Any] = {key: read_back(column) for key, column in texts.items() if key != name}
+    columns: Dict[str, Any] = {key: read_back(key, column) for key, column in texts.items() if key != name}
     columns[name] = values
     return structured(columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Optional
+from typing import Optional, Tuple
 
 
 class IsoluxError(Exception):
@@ -16,7 +16,7 @@ class IsoluxError(Exception):
         self.message = message
         self.help = help
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> Tuple[type, Tuple[str, Optional[str]]]:
         return type(self), (self.message, self.help)
 
 

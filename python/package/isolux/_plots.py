@@ -11,7 +11,7 @@ def _axes(ax: Optional[Any], **options: Any) -> Any:
     if ax is not None:
         return ax
     try:
-        import matplotlib.pyplot as plt
+        import matplotlib.pyplot as plt  # type: ignore[unused-ignore]
     except ImportError as error:
         raise ImportError("plot() needs matplotlib: pip install 'isolux[plot]'") from error
     return plt.subplots(subplot_kw=options)[1]

@@ -37,13 +37,13 @@ class Run(_isolux.Run):
 
     def to_pandas(self) -> Any:
         """The readings as a ``pandas.DataFrame``. Needs pandas."""
-        import pandas
+        import pandas  # type: ignore[import-untyped,unused-ignore]
 
         return pandas.DataFrame(one_dimensional(self.readings))
 
     def to_arrow(self) -> Any:
         """The readings as a ``pyarrow.Table``. Needs pyarrow."""
-        import pyarrow
+        import pyarrow  # type: ignore[import-untyped,unused-ignore]
 
         return pyarrow.table(one_dimensional(self.readings))
 

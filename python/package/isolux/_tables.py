@@ -23,8 +23,14 @@ def structured(columns: Columns) -> np.ndarray:
     return table
 
 
-def read_back(texts: Sequence[str]) -> np.ndarray:
+#: Columns of a record that hold bytes in hexadecimal, which may look like numbers.
+HEXADECIMAL = ("raw", "chain", "row_crc")
+
+
+def read_back(name: str, texts: Sequence[str]) -> np.ndarray:
     """A column of texts as numbers where every one of them is a number or empty (NaN), else as texts."""
+    if name in HEXADECIMAL:
+        return np.array(texts, dtype=str)
     try:
         return np.array([float(text) if text else np.nan for text in texts], dtype=float)
     except ValueError:

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use camino::Utf8Path;
+pub use isolux_record::Run;
 use isolux_record::disk::sha256;
-use isolux_record::{RunError, RunLock};
 pub use isolux_record::reading::Reading;
 pub use isolux_record::spectra::{DarkSubtraction, Pixel, SpectrumRecord};
-pub use isolux_record::Run;
+use isolux_record::{RunError, RunLock};
 use serde::Deserialize;
 
 use crate::{Failure, files};

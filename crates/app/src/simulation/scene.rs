@@ -54,11 +54,11 @@ impl Changes {
     }
 }
 
-/// What a simulation takes for granted where `input` names no sensor and no option says otherwise: each with its value
-/// and unit.
-pub fn assumed(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Vec<String> {
+/// What a simulation takes for granted where `input` names no sensor and no option says otherwise, in one sentence;
+/// none where nothing is.
+pub fn assumption(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Option<String> {
     if is_scene(input) {
-        return Vec::new();
+        return None;
     }
     let by_key = |key: &str| changes.set.iter().any(|pair| pair.trim_start().starts_with(key));
     let sensor = &scene.sensor;
@@ -77,10 +77,11 @@ pub fn assumed(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Vec<String
             format!("{nx} × {ny} pixels"),
         ),
     ];
-    parts
+    let assumed: Vec<String> = parts
         .into_iter()
         .filter_map(|(given, text)| (!given).then_some(text))
-        .collect()
+        .collect();
+    (!assumed.is_empty()).then(|| format!("assumed, because {input} names no sensor: {}", assumed.join(", ")))
 }
 
 /// The scene at `input` with `changes`.

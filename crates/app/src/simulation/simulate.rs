@@ -72,16 +72,9 @@ pub fn run(request: &SimulateRequest, progress: &dyn Progress) -> Result<Facts, 
         message: format!("{}: {}", request.input, failure.message),
         ..failure
     })?;
-    let assumed = scene::assumed(&request.input, &scene, &request.changes);
-    if !assumed.is_empty() {
-        simulation.facts.findings.insert(
-            0,
-            format!(
-                "assumed, because {} names no sensor: {}; --distance-mm, --sensor-mm and --pixels change it",
-                request.input,
-                assumed.join(", ")
-            ),
-        );
+    if let Some(assumption) = scene::assumption(&request.input, &scene, &request.changes) {
+        let finding = format!("{assumption}; --distance-mm, --sensor-mm and --pixels change it");
+        simulation.facts.findings.insert(0, finding);
     }
     if let Some((earlier, folder)) = earlier.as_ref().zip(request.against.as_deref()) {
         simulation.facts.against = Some(

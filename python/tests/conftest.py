@@ -1,0 +1,31 @@
+"""What the tests share: the program of the wheel, and a day on the virtual bench."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROGRAM = Path(sys.executable).with_name("isolux")
+
+
+def isolux(*words, cwd):
+    """Runs the program that the wheel installed."""
+    done = subprocess.run([PROGRAM, *map(str, words)], cwd=cwd, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="session")
+def day(tmp_path_factory):
+    """A day on the virtual bench, as `isolux run` makes it."""
+    folder = tmp_path_factory.mktemp("bench")
+    isolux("run", cwd=folder)
+    return folder / "day"
+
+
+@pytest.fixture(autouse=True, scope="session")
+def no_toolchain():
+    """The wheel needs no Rust: what is tested here may not find one."""
+    assert "cargo" not in os.environ.get("PATH", ""), "take Rust out of PATH: a user of the wheel has none"
