@@ -27,9 +27,12 @@ def test_everything_public_has_a_docstring():
                     assert value.__doc__, f"{name}.{member}"
 
 
-def test_the_stubs_are_those_of_the_native_module():
+def test_the_stubs_are_those_of_the_native_module(tmp_path):
+    # PyO3 makes this one.
+    made = tmp_path / "made.txt"
+    made.write_text("isolux._isolux.__all__\n")
     done = subprocess.run(
-        [sys.executable, "-m", "mypy.stubtest", "isolux._isolux", "--ignore-disjoint-bases"],
+        [sys.executable, "-m", "mypy.stubtest", "isolux._isolux", "--ignore-disjoint-bases", "--allowlist", made],
         capture_output=True,
         text=True,
     )

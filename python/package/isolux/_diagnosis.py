@@ -36,7 +36,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """``"agrees"``, ``"explained"``, ``"unexplained"`` or another word of ``diagnosis.json``."""
+        """``"consistent"``, ``"named"``, ``"ambiguous"`` or ``"unexplained"``."""
         return str(self.document["verdict"])
 
     @property

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
-__all__: List[str]
 
 _AnyPath = Union[str, PathLike[str]]
 #: Called with the step, units done and in all where they are counted, and a sentence.
