@@ -44,24 +44,22 @@ pub(crate) fn keep_awake(real_time: bool, progress: &dyn Progress) -> KeptAwake 
     }
 }
 
+/// Holds a request to the system to stay awake; `Err` says why there is none.
+type Request = Result<Box<dyn std::any::Any>, String>;
+
 /// Asks the system, on a thread of its own that keeps the request for as long as its sender lives: on Windows the
 /// request is that of a thread.
 fn ask() -> Result<mpsc::Sender<()>, String> {
     let (until, ended) = mpsc::channel::<()>();
     let (answer, answered) = mpsc::channel();
-    std::thread::spawn(move || {
-        let mut request = keepawake::Builder::default();
-        request.idle(true).sleep(true);
-        request.app_name("isolux").app_reverse_domain("org.isolux.isolux");
-        match request.reason("a measurement drives axes and a lamp").create() {
-            Ok(_kept) => {
-                let _ = answer.send(Ok(()));
-                // The other end says nothing: it goes away.
-                let _ = ended.recv();
-            }
-            Err(error) => {
-                let _ = answer.send(Err(error.to_string()));
-            }
+    std::thread::spawn(move || match request() {
+        Ok(_kept) => {
+            let _ = answer.send(Ok(()));
+            // The other end says nothing: it goes away.
+            let _ = ended.recv();
+        }
+        Err(reason) => {
+            let _ = answer.send(Err(reason));
         }
     });
     match answered.recv_timeout(ANSWER_WITHIN) {
@@ -69,6 +67,64 @@ fn ask() -> Result<mpsc::Sender<()>, String> {
         Ok(Err(reason)) => Err(reason),
         Err(_) => Err(format!("the system gave no answer within {ANSWER_WITHIN:?}")),
     }
+}
+
+/// `systemd-inhibit` holds the request of login1 while its command runs; the command ends with this process, however
+/// that ends, because its standard input does. A D-Bus library for one call would be a tenth of the build.
+#[cfg(target_os = "linux")]
+fn request() -> Request {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let mut child = Command::new("systemd-inhibit")
+        .args([
+            "--what=sleep:idle",
+            "--who=isolux",
+            "--why=a measurement drives axes and a lamp",
+        ])
+        .args(["--mode=block", "sh", "-c", "echo kept; exec cat"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("systemd-inhibit: {error}"))?;
+    let mut line = String::new();
+    if let Some(out) = child.stdout.take() {
+        BufReader::new(out)
+            .read_line(&mut line)
+            .map_err(|error| error.to_string())?;
+    }
+    if line.trim_end() == "kept" {
+        return Ok(Box::new(Inhibitor(child)));
+    }
+    let ended = child.wait_with_output().map_err(|error| error.to_string())?;
+    let said = String::from_utf8_lossy(&ended.stderr);
+    Err(format!(
+        "systemd-inhibit: {}",
+        said.trim().lines().last().unwrap_or("it ended")
+    ))
+}
+
+/// Ends `systemd-inhibit` with the request.
+#[cfg(target_os = "linux")]
+struct Inhibitor(std::process::Child);
+
+#[cfg(target_os = "linux")]
+impl Drop for Inhibitor {
+    fn drop(&mut self) {
+        drop(self.0.stdin.take());
+        // It ends with its input; what it ends with says nothing.
+        let _ = self.0.wait();
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn request() -> Request {
+    let mut request = keepawake::Builder::default();
+    request.idle(true).sleep(true);
+    request.app_name("isolux").app_reverse_domain("org.isolux.isolux");
+    let kept = request.reason("a measurement drives axes and a lamp").create();
+    kept.map(|kept| Box::new(kept) as _).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
