@@ -3,6 +3,7 @@
 //! What the classes mean, with shapes and units, stands in `isolux/_isolux.pyi` as well, where editors read it.
 
 mod arrays;
+mod bench;
 mod document;
 mod error;
 mod program;
@@ -13,6 +14,11 @@ use pyo3::prelude::*;
 /// The native module.
 #[pymodule]
 mod _isolux {
+    #[pymodule_export]
+    use crate::bench::{
+        Bench, LuxReading, Position, Scan, ScanEvent, ScanSummary, SpectrumReading, WarmedUp, begin_folder,
+        close_benches,
+    };
     #[pymodule_export]
     use crate::program::run_program;
 

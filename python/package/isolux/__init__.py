@@ -4,7 +4,34 @@ What the program ``isolux`` does, as functions and classes. Angles are in degree
 otherwise; every name that carries a number ends in its unit.
 """
 
-from isolux._errors import CheckFailed, InputError, InstrumentError, IsoluxError
-from isolux._isolux import __version__
+from isolux._errors import CheckFailed, InputError, InstrumentError, Interrupted, IsoluxError
+from isolux._isolux import (
+    Bench,
+    LuxReading,
+    Position,
+    Scan,
+    ScanEvent,
+    ScanSummary,
+    SpectrumReading,
+    WarmedUp,
+    __version__,
+    init,
+)
 
-__all__ = ["CheckFailed", "InputError", "InstrumentError", "IsoluxError", "__version__"]
+__all__ = [
+    "Bench",
+    "CheckFailed",
+    "InputError",
+    "InstrumentError",
+    "Interrupted",
+    "IsoluxError",
+    "LuxReading",
+    "Position",
+    "Scan",
+    "ScanEvent",
+    "ScanSummary",
+    "SpectrumReading",
+    "WarmedUp",
+    "__version__",
+    "init",
+]
