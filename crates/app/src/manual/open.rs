@@ -271,7 +271,8 @@ impl OpenBench {
             control,
             progress,
         };
-        let work = job.execute_on(&mut self.devices, self.taken.as_ref(), Timestamp::now());
+        // The states of a scan are too many for the stack of whoever waits for it.
+        let work = Box::pin(job.execute_on(&mut self.devices, self.taken.as_ref(), Timestamp::now()));
         let outcome = if in_memory {
             control.paced(work).await
         } else {
