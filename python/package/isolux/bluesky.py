@@ -98,7 +98,7 @@ class Axis(_BenchDevice):
 
     async def _position_deg(self) -> float:
         position = await asyncio.to_thread(lambda: self._bench.position)
-        return getattr(position, self._key)
+        return position.c_deg if self._key == "c_deg" else position.gamma_deg
 
     async def locate(self) -> dict[str, float]:
         """Where it was sent (where it stands, before it was sent anywhere) and where it stands, in degrees."""
@@ -264,13 +264,13 @@ class PlanFlyer(_BenchDevice):
                 "run": text,
             },
             f"{self.name}_sweeps": {
-                "index": count,
-                "c_from": angle,
-                "c_to": angle,
-                "gamma_from": angle,
-                "gamma_to": angle,
-                "conversions": count,
-                "run": text,
+                "sweep-index": count,
+                "sweep-c-from": angle,
+                "sweep-c-to": angle,
+                "sweep-gamma-from": angle,
+                "sweep-gamma-to": angle,
+                "sweep-conversions": count,
+                "sweep-run": text,
             },
         }
         return {
@@ -289,13 +289,13 @@ class PlanFlyer(_BenchDevice):
         if event.kind == "sweep":
             (c_from, c_to), (gamma_from, gamma_to) = facts["c_deg"], facts["gamma_deg"]
             return {
-                "index": facts["index"],
-                "c_from": c_from,
-                "c_to": c_to,
-                "gamma_from": gamma_from,
-                "gamma_to": gamma_to,
-                "conversions": facts["conversions"],
-                "run": run,
+                "sweep-index": facts["index"],
+                "sweep-c-from": c_from,
+                "sweep-c-to": c_to,
+                "sweep-gamma-from": gamma_from,
+                "sweep-gamma-to": gamma_to,
+                "sweep-conversions": facts["conversions"],
+                "sweep-run": run,
             }
         return {
             "c": event.c_deg,

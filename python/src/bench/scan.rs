@@ -44,7 +44,7 @@ struct ScanState {
 
 /// What whoever iterates gets.
 enum Next {
-    Event(ScanEvent),
+    Event(Box<ScanEvent>),
     Ended,
     Nothing,
 }
@@ -110,7 +110,7 @@ impl Shared {
         match state.events.pop_front() {
             Some(event) => {
                 self.changed.notify_all();
-                Next::Event(event)
+                Next::Event(Box::new(event))
             }
             None if state.outcome.is_some() => Next::Ended,
             None => Next::Nothing,
@@ -265,7 +265,7 @@ impl Scan {
     fn next(&self, py: Python<'_>) -> PyResult<Option<ScanEvent>> {
         loop {
             match py.detach(|| self.shared.next()) {
-                Next::Event(event) => return Ok(Some(event)),
+                Next::Event(event) => return Ok(Some(*event)),
                 Next::Nothing => self.signals(py)?,
                 Next::Ended => {
                     return match self.shared.outcome() {

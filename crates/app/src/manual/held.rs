@@ -222,3 +222,65 @@ fn interrupted(reason: &str) -> Failure {
         help: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::front_end::progress::Silent;
+
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    fn open() -> HeldBench {
+        let (bench, opened) = HeldBench::open(built_in().unwrap(), None, Silent).unwrap();
+        opened.wait(PATIENCE).unwrap().unwrap();
+        bench
+    }
+
+    fn done<T>(pending: &Pending<T>) -> Result<T, Failure> {
+        pending.wait(PATIENCE).unwrap()
+    }
+
+    #[test]
+    fn steps_follow_one_another_and_virtual_time_passes_in_them_alone() {
+        let bench = open();
+        let homed = bench.ask(async |bench, cancel| bench.home(cancel).await);
+        let moved = bench.ask(async |bench, cancel| bench.move_to(None, Some(30.0), None, cancel).await);
+        assert!((done(&moved).unwrap().gamma_deg - 30.0).abs() < 0.01 && done(&homed).is_ok());
+        let now = || done(&bench.ask(async |_, _| Ok(tokio::time::Instant::now()))).unwrap();
+        let before = now();
+        std::thread::sleep(Duration::from_millis(20));
+        assert_eq!(before, now());
+        done(&bench.close("test")).unwrap();
+    }
+
+    #[test]
+    fn a_step_that_is_cancelled_or_panics_leaves_the_bench_to_the_next() {
+        let bench = open();
+        let cancelled = bench.ask(async |bench, cancel| {
+            cancel.cancel("test");
+            bench.home(cancel).await
+        });
+        assert_eq!(done(&cancelled).unwrap_err().kind, FailureKind::Interrupted);
+        let broken = bench.ask(async |_, _| -> Result<(), Failure> { panic!("a fault that this test makes") });
+        assert!(done(&broken).unwrap_err().message.contains("fault of isolux itself"));
+        done(&bench.ask(async |bench, cancel| bench.home(cancel).await)).unwrap();
+    }
+
+    #[test]
+    fn closing_ends_every_step_that_was_asked_for_and_then_none_is_done() {
+        let bench = open();
+        let waits = |bench: &HeldBench| {
+            bench.ask(async |_, cancel| {
+                let reason = cancel.cancelled().await;
+                Ok(reason)
+            })
+        };
+        let (first, second) = (waits(&bench), waits(&bench));
+        done(&bench.close("test")).unwrap();
+        assert_eq!(
+            (done(&first).unwrap(), done(&second).unwrap()),
+            ("test".to_owned(), "test".to_owned())
+        );
+        assert!(done(&waits(&bench)).is_err());
+    }
+}
