@@ -262,8 +262,7 @@ impl Bench {
     /// The bench, if it is open.
     fn usable(&self, py: Python<'_>) -> PyResult<&HeldBench> {
         if self.held.process != std::process::id() {
-            let message = "this bench belongs to the process that was forked";
-            return Err(bad_input(py, message, "open one in the process that uses it"));
+            return Err(forked(py));
         }
         if self.closed() {
             return Err(bad_input(py, "this bench is closed", "open another isolux.Bench"));
@@ -273,13 +272,14 @@ impl Bench {
 
     /// The bench, if it is open and no scan is on.
     fn idle(&self, py: Python<'_>) -> PyResult<&HeldBench> {
+        let bench = self.usable(py)?;
         let scan = self.scan.lock().unwrap_or_else(PoisonError::into_inner).upgrade();
         if scan.is_some_and(|scan| !scan.has_ended()) {
             let message = "a scan is on at this bench";
             let help = "iterate to its end, take its result(), or end it by its close()";
             return Err(bad_input(py, message, help));
         }
-        self.usable(py)
+        Ok(bench)
     }
 }
 
@@ -364,6 +364,12 @@ fn ended(py: Python<'_>, failure: Failure) -> PyErr {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
     }
+}
+
+/// The thread and the instruments of a bench belong to the process that opened it.
+fn forked(py: Python<'_>) -> PyErr {
+    let message = "this bench belongs to the process that was forked";
+    bad_input(py, message, "open one in the process that uses it")
 }
 
 /// What nobody can catch is shown, as Python shows what a finaliser raises.

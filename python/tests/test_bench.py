@@ -19,6 +19,8 @@ from served import PLAN, Served, rows, when_moving
 
 COUNTS_PER_DEG = 12800 / 3
 
+unix = pytest.mark.skipif(sys.platform == "win32", reason="the system has no such signals and no fork")
+
 
 @pytest.fixture
 def plan(tmp_path: Path) -> Path:
@@ -217,6 +219,7 @@ def test_a_second_bench_on_the_same_instruments_is_refused(served: Served):
     isolux.Bench(served.station).close()
 
 
+@unix
 def test_ctrl_c_stops_the_axes_before_it_is_raised(served: Served):
     axis = served.axis(2)
     with isolux.Bench(served.station) as bench:
@@ -263,6 +266,7 @@ sys.stdin.readline()
 """
 
 
+@unix
 @pytest.mark.parametrize("how", ["end", "SIGTERM", "Ctrl-C"])
 def test_a_program_that_ends_stops_the_axes_first(served: Served, how: str):
     axis = served.axis(2)
@@ -307,3 +311,23 @@ def test_the_interpreter_is_free_while_a_bench_works(served: Served):
         while thread.is_alive():
             counted += 1
         assert counted > 1000
+
+
+@unix
+def test_a_fork_has_no_bench(plan: Path, tmp_path: Path):
+    with isolux.Bench() as bench:
+        scan = bench.scan(plan, tmp_path / "run")
+        child = os.fork()
+        if child == 0:
+            refused = 0
+            for use in (lambda: bench.position, lambda: next(scan)):
+                try:
+                    use()
+                except isolux.InputError:
+                    refused += 1
+            # These do nothing here, and wait for nothing.
+            scan.close()
+            bench.close()
+            os._exit(refused)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 2
+        assert scan.result().readings == 5

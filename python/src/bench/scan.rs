@@ -13,7 +13,7 @@ use isolux_app::{Failure, FailureKind};
 use pyo3::prelude::*;
 
 use super::events::{Follower, ScanEvent};
-use super::{LOOK, ScanSummary, ended, raised, unraisable};
+use super::{LOOK, ScanSummary, ended, forked, raised, unraisable};
 
 /// Events that a virtual bench is ahead of whoever iterates: it waits in virtual time, a real one waits for nobody.
 const AHEAD: usize = 1;
@@ -24,6 +24,8 @@ pub(crate) struct Scan {
     shared: Arc<Shared>,
     pending: Pending<()>,
     run: String,
+    /// A fork has no thread that scans.
+    process: u32,
 }
 
 /// What the thread of the bench and whoever iterates share.
@@ -240,7 +242,12 @@ impl Scan {
             of_thread.end(bench.scan(&plan, target, operator, &control, &teller).await);
             Ok(())
         });
-        Self { shared, pending, run }
+        Self {
+            shared,
+            pending,
+            run,
+            process: std::process::id(),
+        }
     }
 
     pub(super) fn shared(&self) -> Weak<Shared> {
@@ -263,6 +270,9 @@ impl Scan {
     }
 
     fn next(&self, py: Python<'_>) -> PyResult<Option<ScanEvent>> {
+        if self.process != std::process::id() {
+            return Err(forked(py));
+        }
         loop {
             match py.detach(|| self.shared.next()) {
                 Next::Event(event) => return Ok(Some(*event)),
@@ -289,7 +299,7 @@ impl Scan {
 
     /// Ends the scan and waits until what moves is verified at rest.
     fn end(&self, py: Python<'_>, reason: &str) -> PyResult<()> {
-        if self.shared.has_ended() {
+        if self.process != std::process::id() || self.shared.has_ended() {
             return Ok(());
         }
         self.pending.cancel(reason);
@@ -307,7 +317,7 @@ impl Scan {
 
 impl Drop for Scan {
     fn drop(&mut self) {
-        if !self.shared.has_ended() {
+        if self.process == std::process::id() && !self.shared.has_ended() {
             Python::attach(|py| unraisable(py, self.end(py, "the iterator was left")));
         }
     }
