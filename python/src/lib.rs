@@ -3,6 +3,7 @@
 //! What the classes mean, with shapes and units, stands in `isolux/_isolux.pyi` as well, where editors read it.
 
 mod arrays;
+mod bench;
 mod diagnose;
 mod distribution;
 mod document;
@@ -22,6 +23,11 @@ use pyo3::prelude::*;
 /// The native module.
 #[pymodule]
 mod _isolux {
+    #[pymodule_export]
+    use crate::bench::{
+        Bench, LuxReading, Position, Scan, ScanEvent, ScanSummary, SpectrumReading, WarmedUp, begin_folder,
+        close_benches,
+    };
     #[pymodule_export]
     use crate::diagnose::{_diagnose, _predict};
     #[pymodule_export]

@@ -30,3 +30,10 @@ class CheckFailed(IsoluxError):
 
 class InstrumentError(IsoluxError, RuntimeError):
     """An instrument or the operating system failed, or an axis could not be verified at rest."""
+
+
+class Interrupted(IsoluxError):
+    """A step or a scan was ended on demand: by ``stop()`` or ``close()`` of its bench.
+
+    What moves was stopped and verified at rest first; what a scan has read stays, and ``resume=True`` goes on with it.
+    """

@@ -5,7 +5,7 @@ use isolux_record::ReadingKind;
 use isolux_record::plan::Instrument;
 use isolux_record::run::RunHeader;
 use isolux_record::spectra::{DarkSubtraction, SpectralCalibration, SpectrumRecord};
-pub use isolux_record::{Event, Logged, Role};
+pub use isolux_record::{Event, Logged, Reading, Role};
 use isolux_scan::itinerary::{Visit, visits};
 use isolux_scan::warmup::Criterion;
 use serde::Serialize;

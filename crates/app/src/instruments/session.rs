@@ -12,6 +12,7 @@ use isolux_record::Station;
 use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Recorder, SystemLinks};
 use isolux_virtual::twins::Choice;
 use isolux_virtual::{Instrument, Serving, VirtualRoom};
+use tokio::runtime::Runtime;
 
 use crate::darkroom::capture;
 use crate::front_end::control::Control;
@@ -229,13 +230,20 @@ fn twins_of(station: &Station, file: &Utf8Path) -> Result<Choice, Failure> {
 /// # Errors
 /// Exit 3 when the system gives no runtime, else what `work` answers.
 pub fn run<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
+    runtime(in_memory)?.block_on(work)
+}
+
+/// A runtime on the thread that waits for it: in virtual time, hours in seconds, if `in_memory`.
+///
+/// # Errors
+/// Exit 3 when the system gives none.
+pub(crate) fn runtime(in_memory: bool) -> Result<Runtime, Failure> {
     let mut builder = tokio::runtime::Builder::new_current_thread();
     builder.enable_all();
     if in_memory {
         builder.start_paused(true);
     }
-    let runtime = builder.build().map_err(Failure::instrument)?;
-    runtime.block_on(work)
+    builder.build().map_err(Failure::instrument)
 }
 
 /// As [`run`], at the pace of `control` where time is virtual.

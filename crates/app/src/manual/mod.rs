@@ -1,29 +1,25 @@
-//! `home`, `move`, `stop`, `read`, `warmup`: one step of the day by hand.
+//! `home`, `move`, `stop`, `read`, `warmup`: one step of the day by hand. Each step is a method of
+//! [`open::OpenBench`]; here the station is opened for one of them, and [`held`] keeps it open from step to step.
 
+pub mod held;
+pub mod open;
 pub mod spectrum;
 pub mod stop;
 
 use camino::Utf8Path;
 use isolux_device::{LuxMeter, LuxOutcome, PowerMeter};
-use isolux_record::station::Rail;
-use isolux_record::{Electrical, Limits, Station};
-use isolux_scan::motion::{Axes, Pose, drive_rail, stop_all};
+use isolux_record::Electrical;
 use isolux_scan::settle::Photometer;
-use isolux_scan::warmup::{Criterion, Stable, until_stable};
-use isolux_scan::{Devices, ScanError, TwoState, dark, electrical};
-use jiff::Timestamp;
+use isolux_scan::{Cancel, ScanError, electrical};
 use serde::Serialize;
 use tokio::time::Instant;
 
-use crate::front_end::progress::{Event, Progress, Silent, left_words};
+use crate::Failure;
+use crate::front_end::progress::Progress;
 use crate::instruments::bench::StationFiles;
-use crate::instruments::catalogue::Catalogue;
-use crate::instruments::roles;
-use crate::instruments::session::{self, Session};
-use crate::scan::spread_words;
-use crate::system::keep_awake::keep_awake;
+use crate::instruments::{roles, session};
 use crate::system::signals::OnSignals;
-use crate::{Failure, FailureKind};
+use open::OpenBench;
 
 /// Where the axes stand, read back.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -97,9 +93,8 @@ pub struct WarmedUp {
 /// Exit 2 for the station, 3 for an instrument that fails or belongs to another process, or an axis not at rest, 130
 /// when interrupted.
 pub fn home(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Position, Failure> {
-    one_step(station, force, progress, async |source, devices| {
-        Ok(position(Axes::new(devices, &source.station).home().await?))
-    })
+    let source = StationFiles::load(station)?;
+    one_step(source, force, progress, async |bench, cancel| bench.home(cancel).await)
 }
 
 /// Switches outputs, one after the other, and reads each back. Nothing moves.
@@ -112,39 +107,10 @@ pub fn switch(
     force: Option<&str>,
     progress: &dyn Progress,
 ) -> Result<Vec<(Output, bool)>, Failure> {
-    let known = Station::load(station).map_err(Failure::bad_input)?;
-    let lamp = known.lamp_switch();
-    for (output, _) in outputs {
-        let part = match output {
-            Output::Lamp => lamp.as_ref(),
-            Output::Shutter => known.shutter(),
-            Output::Baffle => known.baffle(),
-            Output::Supply => lamp.as_ref().filter(|_| known.supply().is_some()),
-        };
-        if part.is_some_and(|part| part.open.is_some()) {
-            continue;
-        }
-        let name = output.name();
-        return Err(Failure::bad_input(match part.map(|part| &part.prompt) {
-            Some(Some(prompt)) => format!("{station}: the {name} is left to a person: {prompt}"),
-            _ => format!("{station}: there is no [{name}]"),
-        })
-        .help("nothing was switched"));
-    }
-    one_step(station, force, progress, async |_, devices| {
-        let mut states = Vec::new();
-        for (output, on) in outputs {
-            let part = match output {
-                Output::Lamp | Output::Supply => &devices.lamp,
-                Output::Shutter => &devices.shutter,
-                Output::Baffle => &devices.baffle,
-            };
-            if let Some(TwoState::Device(switch)) = part {
-                switch.set(*on).await.map_err(device(output.name()))?;
-                states.push((*output, switch.state().await.map_err(device(output.name()))?));
-            }
-        }
-        Ok(states)
+    let source = StationFiles::load(station)?;
+    open::driven(&source, outputs)?;
+    one_step(source, force, progress, async |bench, cancel| {
+        bench.switch(outputs, cancel).await
     })
 }
 
@@ -161,49 +127,10 @@ pub fn move_to(
     force: Option<&str>,
     progress: &dyn Progress,
 ) -> Result<Position, Failure> {
-    let limits = Station::load(station).map_err(Failure::bad_input)?;
-    for (name, angle, [low, high]) in [
-        ("C", c_deg, limits.axis_c().limit_deg),
-        ("γ", gamma_deg, limits.axis_gamma().limit_deg),
-    ] {
-        if let Some(angle) = angle
-            && !(low..=high).contains(&angle)
-        {
-            return Err(
-                Failure::bad_input(format!("{name} = {angle}° is outside the axis' limits {low}°…{high}°"))
-                    .help("nothing was moved"),
-            );
-        }
-    }
-    if let Some(wanted) = distance_mm {
-        let refused = |reason: String| Err(Failure::bad_input(reason).help("nothing was moved"));
-        match limits.rail().and_then(Rail::driven).map(|rail| rail.limit_mm) {
-            Some([low, high]) if (low..=high).contains(&wanted) => {}
-            Some([low, high]) => {
-                return refused(format!("{wanted} mm is outside the rail's limits {low} mm…{high} mm"));
-            }
-            None => {
-                return refused(format!(
-                    "{station}: no rail is driven here; the detector is set by hand"
-                ));
-            }
-        }
-    }
-    one_step(station, force, progress, async |source, devices| {
-        let mut axes = Axes::new(devices, &source.station);
-        let mut at = position(axes.pose().await?);
-        if let (Some(distance_mm), Some(rail)) = (distance_mm, &devices.rail) {
-            at.distance_mm = Some(drive_rail(rail.as_ref(), distance_mm).await?);
-        }
-        if c_deg.is_some() || gamma_deg.is_some() {
-            let (c_deg, gamma_deg) = (c_deg.unwrap_or(at.c_deg), gamma_deg.unwrap_or(at.gamma_deg));
-            let pose = position(axes.go_to(c_deg, gamma_deg).await?);
-            at = Position {
-                distance_mm: at.distance_mm,
-                ..pose
-            };
-        }
-        Ok(at)
+    let source = StationFiles::load(station)?;
+    open::within_limits(&source, c_deg, gamma_deg, distance_mm)?;
+    one_step(source, force, progress, async |bench, cancel| {
+        bench.move_to(c_deg, gamma_deg, distance_mm, cancel).await
     })
 }
 
@@ -232,15 +159,9 @@ pub(crate) fn in_words(reading: &Electrical) -> String {
 /// # Errors
 /// As [`home`].
 pub fn read(station: &Utf8Path, count: u32, force: Option<&str>, progress: &dyn Progress) -> Result<Vec<Lux>, Failure> {
-    one_step(station, force, progress, async |source, devices| {
-        dark::behind_shutter(devices).await?;
-        readings(
-            devices.meter.as_ref(),
-            devices.power.as_deref(),
-            source.station.luxmeter().calibration_factor,
-            count,
-        )
-        .await
+    let source = StationFiles::load(station)?;
+    one_step(source, force, progress, async |bench, cancel| {
+        bench.read(count, cancel).await
     })
 }
 
@@ -249,56 +170,9 @@ pub fn read(station: &Utf8Path, count: u32, force: Option<&str>, progress: &dyn 
 /// # Errors
 /// As [`home`]; exit 1 when it does not become stable.
 pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<WarmedUp, Failure> {
-    one_step(station, force, progress, async |source, devices| {
-        let mut axes = Axes::new(devices, &source.station);
-        let homed = devices.axis_c.position().await.map_err(device("axis.c"))?.homed
-            && devices.axis_gamma.position().await.map_err(device("axis.gamma"))?.homed;
-        if !homed {
-            axes.home().await?;
-        }
-        axes.go_to(0.0, 0.0).await?;
-        dark::behind_shutter(devices).await?;
-        for (role, switch, on) in [
-            ("baffle", &devices.baffle, false),
-            ("shutter", &devices.shutter, true),
-            ("lamp", &devices.lamp, true),
-        ] {
-            match switch {
-                Some(TwoState::Device(switch)) => switch.set(on).await.map_err(device(role))?,
-                Some(TwoState::Person(prompt)) => progress.event(Event::Note(prompt)),
-                None => {}
-            }
-        }
-        let on_at = Instant::now();
-        let criterion = Criterion::of(&source.station, &Limits::default());
-        progress.event(Event::Began {
-            step: "warm up",
-            total: Some(criterion.least_s() as u64),
-        });
-        let mut photometer = Photometer::new(devices.meter.as_ref());
-        let Stable {
-            elapsed_s,
-            spread_rel,
-            illuminance_lx,
-            ..
-        } = until_stable(&mut photometer, devices.power.as_deref(), &criterion, on_at, |look| {
-            let spread = look
-                .spread_rel
-                .map_or_else(String::new, |spread| format!(", {}", spread_words(spread, &criterion)));
-            let left = left_words((criterion.least_s() - look.elapsed_s).max(0.0), Timestamp::now());
-            let what = format!("{:.3} lx{spread}; {left}", look.illuminance_lx);
-            progress.event(Event::At {
-                done: look.elapsed_s as u64,
-                what: &what,
-            });
-        })
-        .await?;
-        progress.event(Event::Ended("lamp stable"));
-        Ok(WarmedUp {
-            elapsed_s,
-            spread_rel,
-            illuminance_lx,
-        })
+    let source = StationFiles::load(station)?;
+    one_step(source, force, progress, async |bench, cancel| {
+        bench.warm_up(cancel, progress).await
     })
 }
 
@@ -338,50 +212,18 @@ pub(crate) async fn readings(
     Ok(list)
 }
 
-/// Opens the station, does `step` under a handle for signals, and stops the axes when it does not end well.
+/// Opens the station for one `step` under a handle for signals.
 pub(crate) fn one_step<T>(
-    station: &Utf8Path,
+    source: StationFiles,
     force: Option<&str>,
     progress: &dyn Progress,
-    step: impl AsyncFnOnce(&StationFiles, &Devices) -> Result<T, ScanError>,
+    step: impl AsyncFnOnce(&OpenBench, &Cancel) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
-    let source = StationFiles::load(station)?;
-    let in_memory = roles::is_virtual(&source.station);
-    session::run(in_memory, async {
-        let session = Session::of(&source.station, &source.file, progress)?;
+    session::run(roles::is_virtual(&source.station), async {
         let cancel = OnSignals::listen()?;
-        session.claim(&source.station, force).await?;
-        // A step by hand is short: where the system refuses, nobody has to read of it each time.
-        let _awake = keep_awake(!in_memory, &Silent);
-        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
-        let devices = source.open(&catalogue).await?;
-        let outcome = tokio::select! {
-            biased;
-            reason = cancel.cancelled() => Err(ScanError::Interrupted { reason, readings: 0 }),
-            outcome = step(&source, &devices) => outcome,
-        };
-        match outcome {
-            Ok(value) => Ok(value),
-            Err(error) => match stop_all(&devices).await {
-                Ok(()) => Err(session.explain(session::failure(&error))),
-                Err(axes) => {
-                    let before = format!("; before that: {error}");
-                    Err(session.explain(Failure {
-                        kind: FailureKind::Instrument,
-                        ..session::failure(&ScanError::NotAtRest { axes, before })
-                    }))
-                }
-            },
-        }
+        let bench = OpenBench::open(source, force, progress).await?;
+        step(&bench, &cancel).await
     })
-}
-
-fn position(pose: Pose) -> Position {
-    Position {
-        c_deg: pose.c_deg,
-        gamma_deg: pose.gamma_deg,
-        distance_mm: None,
-    }
 }
 
 pub(crate) fn device(role: &'static str) -> impl Fn(isolux_device::DeviceError) -> ScanError {

@@ -1,13 +1,14 @@
 //! `read --spectrum`: one spectrum of the light as it is, with its colorimetry.
 
 use camino::Utf8Path;
-use isolux_device::RawSpectrum;
+use isolux_device::{RawSpectrum, SpectroradiometerProperties};
 use isolux_scan::{CalibratedSpectro, Devices, ScanError, TwoState, spectrum};
 use isolux_spectrum::{Quantities, Spectrum, quantities};
 use serde::Serialize;
 
 use crate::Failure;
 use crate::front_end::progress::Progress;
+use crate::instruments::bench::StationFiles;
 use crate::manual::{device, one_step};
 
 /// One spectrum.
@@ -43,7 +44,17 @@ pub struct Reading {
 /// Exit 2 where the station has no spectroradiometer, or nothing to make dark with; else as
 /// [`home`](crate::manual::home).
 pub fn read(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Reading, Failure> {
-    let taken = one_step(station, force, progress, async |_, devices| take(devices).await)?;
+    let source = StationFiles::load(station)?;
+    one_step(source, force, progress, async |bench, cancel| {
+        bench.spectrum(cancel).await
+    })
+}
+
+/// What was `taken` on the bench of the file `station`, as irradiance.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn reading(station: &Utf8Path, taken: Option<Taken>) -> Result<Reading, Failure> {
     let Some((light, dark, properties, factors)) = taken else {
         return Err(Failure::bad_input(format!(
             "{station}: the station has no [spectroradiometer]"
@@ -82,14 +93,14 @@ pub fn read(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) ->
     })
 }
 
-type Taken = (
-    RawSpectrum,
-    Option<RawSpectrum>,
-    isolux_device::SpectroradiometerProperties,
-    Vec<f64>,
-);
+/// Light, dark where it was taken, what the instrument is, and the factors to irradiance.
+pub(crate) type Taken = (RawSpectrum, Option<RawSpectrum>, SpectroradiometerProperties, Vec<f64>);
 
-async fn take(devices: &Devices) -> Result<Option<Taken>, ScanError> {
+/// Takes light, and dark where the instrument cannot do without; none where the bench has no spectroradiometer.
+///
+/// # Errors
+/// What the instruments report.
+pub(crate) async fn take(devices: &Devices) -> Result<Option<Taken>, ScanError> {
     let Some(spectro) = &devices.spectro else {
         return Ok(None);
     };

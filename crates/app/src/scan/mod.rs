@@ -240,15 +240,24 @@ pub fn checked(
     attended: bool,
 ) -> Result<(StationFiles, Plan, DryRun), Failure> {
     let source = StationFiles::load(station)?;
+    let (plan, day) = planned(&source, plan_file, attended)?;
+    Ok((source, plan, day))
+}
+
+/// The plan of this file, and what it asks of the station of `source`.
+///
+/// # Errors
+/// As [`checked`].
+pub(crate) fn planned(source: &StationFiles, plan_file: &Utf8Path, attended: bool) -> Result<(Plan, DryRun), Failure> {
     let (plan, text) = plan::load(plan_file)?;
     let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
-    if asks(&source, &plan) && !attended {
+    if asks(source, &plan) && !attended {
         return Err(Failure::bad_input(format!(
             "{plan_file} asks a person for something, and nobody is there to answer"
         ))
-        .help("run it from a terminal or from the page"));
+        .help("run it from a terminal or from the page, or name who is asked"));
     }
-    Ok((source, plan, day))
+    Ok((plan, day))
 }
 
 /// Whether somebody will be asked.
