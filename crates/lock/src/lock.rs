@@ -347,7 +347,12 @@ mod tests {
     }
 
     fn make_old(path: &Path) {
-        let file = OpenOptions::new().write(true).open(path).unwrap();
+        let mut options = OpenOptions::new();
+        options.write(true);
+        #[cfg(windows)]
+        // FILE_WRITE_ATTRIBUTES alone, which nobody who holds a file can keep to himself.
+        std::os::windows::fs::OpenOptionsExt::access_mode(&mut options, 0x100);
+        let file = options.open(path).unwrap();
         file.set_modified(SystemTime::now() - 2 * SILENT_AFTER).unwrap();
     }
 
