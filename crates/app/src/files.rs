@@ -43,6 +43,26 @@ pub fn read_json<T: DeserializeOwned>(path: &Utf8Path) -> Result<T, Failure> {
     serde_json::from_slice(&read(path)?).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
 }
 
+/// A path as a document names it: with `/`, which Windows reads too, so that a document written there can be read
+/// elsewhere. On other systems a `\\` is part of a name and stays.
+pub(crate) fn in_document(path: &Utf8Path) -> String {
+    #[cfg(windows)]
+    return with_slashes(path.as_str());
+    #[cfg(not(windows))]
+    path.as_str().to_owned()
+}
+
+/// A path of Windows with `/`, without the prefix of a canonical path, in which a `/` would be part of a name.
+#[cfg(any(windows, test))]
+fn with_slashes(path: &str) -> String {
+    match (path.strip_prefix(r"\\?\UNC\"), path.strip_prefix(r"\\?\")) {
+        (Some(share), _) => format!(r"\\{share}"),
+        (None, Some(local)) => local.to_owned(),
+        (None, None) => path.to_owned(),
+    }
+    .replace('\\', "/")
+}
+
 /// Writes `bytes` to `path` through a temporary file beside it and a rename, so that no reader ever sees a part.
 ///
 /// # Errors
@@ -132,6 +152,19 @@ pub fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Fail
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_of_windows_is_written_so_that_every_system_reads_it() {
+        for (path, written) in [
+            (r"sub\plan.toml", "sub/plan.toml"),
+            (r"C:\lab\station.toml", "C:/lab/station.toml"),
+            (r"\\?\C:\lab\station.toml", "C:/lab/station.toml"),
+            (r"\\?\UNC\server\lab\station.toml", "//server/lab/station.toml"),
+            ("sub/plan.toml", "sub/plan.toml"),
+        ] {
+            assert_eq!(with_slashes(path), written);
+        }
+    }
 
     #[test]
     fn prepared_files_have_their_names_together_or_leave_nothing() {

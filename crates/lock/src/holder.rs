@@ -5,6 +5,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
+use crate::system::{self, host};
+
 /// First line of a lock file.
 pub(crate) const FORMAT_LINE: &str = "format = \"isolux-lock/1\"\n";
 
@@ -77,15 +79,7 @@ impl Holder {
         if self.process_start.is_none() || !matches!(self.state(), ProcessState::Runs | ProcessState::Stopped) {
             return Err("this computer does not know that process".to_owned());
         }
-        #[cfg(unix)]
-        {
-            use rustix::process::{Pid, Signal, kill_process};
-            let pid = i32::try_from(self.pid).ok().and_then(Pid::from_raw);
-            let pid = pid.ok_or_else(|| format!("{} is no process number", self.pid))?;
-            kill_process(pid, Signal::TERM).map_err(|error| error.to_string())
-        }
-        #[cfg(not(unix))]
-        Err("this system has no such signal".to_owned())
+        system::ask_to_end(self.pid)
     }
 
     pub(crate) fn to_text(&self) -> String {
@@ -108,17 +102,6 @@ impl fmt::Display for Holder {
             Ok(since) => write!(f, ", since {since})"),
             Err(_) => f.write_str(")"),
         }
-    }
-}
-
-fn host() -> String {
-    #[cfg(unix)]
-    {
-        rustix::system::uname().nodename().to_string_lossy().into_owned()
-    }
-    #[cfg(not(unix))]
-    {
-        std::env::var("COMPUTERNAME").unwrap_or_default()
     }
 }
 

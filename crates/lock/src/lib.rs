@@ -8,6 +8,9 @@
 mod holder;
 mod lock;
 mod place;
+#[cfg_attr(unix, path = "system/unix.rs")]
+#[cfg_attr(windows, path = "system/windows.rs")]
+mod system;
 
 pub use holder::{Holder, ProcessState};
 pub use lock::{Held, Lock, LockError, SILENT_AFTER};

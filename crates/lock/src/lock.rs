@@ -1,12 +1,14 @@
 //! The lock itself: taking it, keeping it, losing it.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, Read as _};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, SystemTime};
 
 use crate::holder::{FORMAT_LINE, Holder, ProcessState};
+use crate::system;
 
 /// How often a holder gives a sign of life.
 const SIGN_EVERY: Duration = Duration::from_secs(1);
@@ -95,23 +97,27 @@ impl Lock {
         };
         let mut tries = 0;
         loop {
-            let (file, made_now) = open(path)?;
-            let held = match file.try_lock() {
-                Ok(()) if is_at(&file, path) => return Self::begin(path, file).map_err(io),
-                // The former holder has removed the file in between.
-                Ok(()) => None,
-                Err(TryLockError::WouldBlock) => Some(held(&file)),
-                // A file system without locks: whoever made the file has it, and what a dead process left has to be
-                // taken over by a person.
-                Err(TryLockError::Error(_)) if made_now => return Self::begin(path, file).map_err(io),
-                Err(TryLockError::Error(_)) => return Err(LockError::Held(held(&file))),
+            let held = match open(path) {
+                Ok((file, made_now)) => match system::try_lock(&file) {
+                    Ok(()) if system::is_at(&file, path) => return Self::begin(path, file, own_text()).map_err(io),
+                    // The former holder has removed the file in between.
+                    Ok(()) => None,
+                    Err(TryLockError::WouldBlock) => Some(held(&file)),
+                    // A file system without locks: whoever made the file has it, and what a dead process left has to
+                    // be taken over by a person.
+                    Err(TryLockError::Error(_)) if made_now => return Self::begin(path, file, own_text()).map_err(io),
+                    Err(TryLockError::Error(_)) => return Err(LockError::Held(held(&file))),
+                },
+                Err(LockError::Held(held)) => Some(held),
+                Err(error) => return Err(error),
             };
             tries += 1;
             if let Some(held) = held {
+                // A process of which nothing is known may have ended, and the lock be that of a look at it.
                 let known = held
                     .holder
                     .as_ref()
-                    .is_some_and(|holder| holder.state() != ProcessState::Gone);
+                    .is_some_and(|holder| matches!(holder.state(), ProcessState::Runs | ProcessState::Stopped));
                 if known || tries >= TRIES {
                     return Err(LockError::Held(held));
                 }
@@ -148,10 +154,8 @@ impl Lock {
 
     /// Who holds the lock at `path` now; none where it is free.
     pub fn held(path: &Path) -> Option<Held> {
-        let mut options = OpenOptions::new();
-        options.read(true);
-        let file = unfollowed(&mut options).open(path).ok()?;
-        match file.try_lock_shared() {
+        let (file, locked) = system::look(path)?;
+        match locked {
             Ok(()) => None,
             Err(TryLockError::WouldBlock) => Some(held(&file)),
             Err(TryLockError::Error(_)) => Some(held(&file)).filter(|held| held.holder.is_some()),
@@ -161,16 +165,15 @@ impl Lock {
     /// Whether this process still holds it. It does not once another has replaced the file or written its own name into
     /// it: then nothing that the lock stands for may be touched any more.
     pub fn is_ours(&self) -> bool {
-        is_at(&self.file, &self.path) && read(&self.file).is_ok_and(|text| text == self.text)
+        system::is_at(&self.file, &self.path) && read(&self.file).is_ok_and(|text| text == self.text)
     }
 
     /// Who has taken it over from this process, as far as that can be known.
     pub fn taken_by(&self) -> Option<Holder> {
-        let mut text = String::new();
-        let mut options = OpenOptions::new();
-        let file = unfollowed(options.read(true)).open(&self.path).ok()?;
-        file.take(LONGEST).read_to_string(&mut text).ok()?;
-        Holder::parse(&text)
+        let file = system::for_reader(OpenOptions::new().read(true))
+            .open(&self.path)
+            .ok()?;
+        Holder::parse(&read(&file).ok()?)
     }
 
     /// A new file in place of the one that another process has locked.
@@ -184,12 +187,13 @@ impl Lock {
         let new = PathBuf::from(name);
         let _ = std::fs::remove_file(&new);
         let (file, _) = open(&new)?;
-        match file.try_lock() {
+        match system::try_lock(&file) {
             Ok(()) | Err(TryLockError::Error(_)) => {}
             Err(TryLockError::WouldBlock) => return Err(LockError::Held(held(&file))),
         }
         // Named before it is in place, so that nobody finds it nameless.
-        let renamed = write(&file, &Holder::this_process().to_text()).and_then(|()| std::fs::rename(&new, path));
+        let text = own_text();
+        let renamed = write(&file, &text).and_then(|()| std::fs::rename(&new, path));
         if let Err(error) = renamed {
             let _ = std::fs::remove_file(&new);
             // In the shared folder only its owner and root may replace a file, but everybody may write to it.
@@ -199,26 +203,25 @@ impl Lock {
                 Err(io(error))
             };
         }
-        Self::begin(path, file).map_err(io)
+        Self::begin(path, file, text).map_err(io)
     }
 
     /// Writes the name of this process over that of the holder, who finds by it that it has lost the lock.
     fn overwrite(path: &Path) -> Result<Self, LockError> {
         let (file, _) = open(path)?;
-        Self::begin(path, file).map_err(|source| LockError::Io {
+        Self::begin(path, file, own_text()).map_err(|source| LockError::Io {
             path: path.to_owned(),
             source,
         })
     }
 
-    fn begin(path: &Path, file: File) -> io::Result<Self> {
-        let text = Holder::this_process().to_text();
+    fn begin(path: &Path, file: File, text: String) -> io::Result<Self> {
         write(&file, &text)?;
         let (alive, end) = channel::<()>();
         let sign = file.try_clone()?;
         std::thread::spawn(move || {
             while end.recv_timeout(SIGN_EVERY) == Err(RecvTimeoutError::Timeout) {
-                let _ = write_at_start(&sign, &FORMAT_LINE.as_bytes()[..1]);
+                let _ = system::write_at_start(&sign, &FORMAT_LINE.as_bytes()[..1]);
             }
         });
         Ok(Self {
@@ -254,7 +257,7 @@ fn open(path: &Path) -> Result<(File, bool), LockError> {
     };
     for _ in 0..TRIES {
         let mut options = OpenOptions::new();
-        match unfollowed(options.read(true).write(true)).open(path) {
+        match system::for_owner(options.read(true).write(true)).open(path) {
             Ok(file) => {
                 if !is_lock_file(&file).map_err(io)? {
                     return Err(LockError::NotALock { path: path.to_owned() });
@@ -262,14 +265,15 @@ fn open(path: &Path) -> Result<(File, bool), LockError> {
                 return Ok((file, false));
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) if system::is_held(&error) => return Err(LockError::Held(held_at(path))),
             // ELOOP: a link stands there.
             Err(_) if path.is_symlink() => return Err(LockError::NotALock { path: path.to_owned() }),
             Err(error) => return Err(io(error)),
         }
         let mut options = OpenOptions::new();
-        match options.read(true).write(true).create_new(true).open(path) {
+        match system::for_owner(options.read(true).write(true).create_new(true)).open(path) {
             Ok(file) => {
-                for_everybody(&file).map_err(io)?;
+                system::for_everybody(&file).map_err(io)?;
                 return Ok((file, true));
             }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -279,43 +283,10 @@ fn open(path: &Path) -> Result<(File, bool), LockError> {
     Err(io(io::Error::other("the file comes and goes")))
 }
 
-#[cfg(unix)]
-fn unfollowed(options: &mut OpenOptions) -> &mut OpenOptions {
-    use rustix::fs::OFlags;
-    use std::os::unix::fs::OpenOptionsExt as _;
-    // Nonblocking: a pipe that somebody put there would wait for its other end.
-    options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed())
-}
-
-#[cfg(not(unix))]
-fn unfollowed(options: &mut OpenOptions) -> &mut OpenOptions {
-    options
-}
-
-/// The next user of this computer must be able to lock the file, whatever the umask of this one is.
-#[cfg(unix)]
-fn for_everybody(file: &File) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(std::fs::Permissions::from_mode(0o666))
-}
-
-#[cfg(not(unix))]
-fn for_everybody(_: &File) -> io::Result<()> {
-    Ok(())
-}
-
 /// A regular file with one name that is empty or begins as a lock file does.
 fn is_lock_file(file: &File) -> io::Result<bool> {
     let data = file.metadata()?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt as _;
-        // Zero: it was removed since it was opened, and the caller will find that out.
-        if data.nlink() > 1 {
-            return Ok(false);
-        }
-    }
-    if !data.is_file() || data.len() > LONGEST {
+    if system::has_more_names(&data) || !data.is_file() || data.len() > LONGEST {
         return Ok(false);
     }
     let text = read(file).unwrap_or_default();
@@ -324,20 +295,22 @@ fn is_lock_file(file: &File) -> io::Result<bool> {
     Ok(text.as_bytes()[..common] == format[..common])
 }
 
-/// Whether `file` is what stands at `path`.
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    let (Ok(ours), Ok(there)) = (file.metadata(), std::fs::symlink_metadata(path)) else {
-        return false;
-    };
-    (ours.dev(), ours.ino()) == (there.dev(), there.ino())
+/// What the lock file of this process says: no other lock, of this process or another, says the same.
+fn own_text() -> String {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    format!("{}# lock {number} of this process\n", Holder::this_process().to_text())
 }
 
-/// A locked file cannot be replaced there.
-#[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> bool {
-    true
+fn held_at(path: &Path) -> Held {
+    let file = system::for_reader(OpenOptions::new().read(true)).open(path);
+    file.map_or_else(
+        |_| Held {
+            holder: None,
+            silent: Duration::ZERO,
+        },
+        |file| held(&file),
+    )
 }
 
 fn held(file: &File) -> Held {
@@ -353,36 +326,14 @@ fn held(file: &File) -> Held {
 
 fn write(file: &File, text: &str) -> io::Result<()> {
     file.set_len(0)?;
-    write_at_start(file, text.as_bytes())
+    system::write_at_start(file, text.as_bytes())
 }
 
-#[cfg(unix)]
-fn write_at_start(file: &File, bytes: &[u8]) -> io::Result<()> {
-    std::os::unix::fs::FileExt::write_all_at(file, bytes, 0)
-}
-
-#[cfg(not(unix))]
-fn write_at_start(mut file: &File, bytes: &[u8]) -> io::Result<()> {
-    use std::io::{Seek as _, Write as _};
-    file.rewind()?;
-    file.write_all(bytes)
-}
-
-#[cfg(unix)]
-fn read(file: &File) -> io::Result<String> {
-    use std::os::unix::fs::FileExt as _;
+/// What a lock file says.
+pub(crate) fn read(file: &File) -> io::Result<String> {
     let mut bytes = vec![0; file.metadata()?.len().min(LONGEST) as usize];
-    file.read_exact_at(&mut bytes, 0)?;
+    system::read_at_start(file, &mut bytes)?;
     String::from_utf8(bytes).map_err(io::Error::other)
-}
-
-#[cfg(not(unix))]
-fn read(mut file: &File) -> io::Result<String> {
-    use std::io::Seek as _;
-    file.rewind()?;
-    let mut text = String::new();
-    file.take(LONGEST).read_to_string(&mut text)?;
-    Ok(text)
 }
 
 #[cfg(test)]
@@ -396,7 +347,12 @@ mod tests {
     }
 
     fn make_old(path: &Path) {
-        let file = OpenOptions::new().write(true).open(path).unwrap();
+        let mut options = OpenOptions::new();
+        options.write(true);
+        #[cfg(windows)]
+        // FILE_WRITE_ATTRIBUTES alone, which nobody who holds a file can keep to himself.
+        std::os::windows::fs::OpenOptionsExt::access_mode(&mut options, 0x100);
+        let file = options.open(path).unwrap();
         file.set_modified(SystemTime::now() - 2 * SILENT_AFTER).unwrap();
     }
 
@@ -437,7 +393,6 @@ mod tests {
         );
     }
 
-    #[cfg(unix)]
     #[test]
     fn a_silent_holder_loses_it_and_knows() {
         let (_keep, path) = scratch();
@@ -458,10 +413,7 @@ mod tests {
     fn a_holder_whose_file_cannot_be_replaced_loses_it_by_what_it_says() {
         let (_keep, path) = scratch();
         let owner = Lock::take(&path).unwrap();
-        // The same process would write the same name within a second.
-        let mut stop = Lock::overwrite(&path).unwrap();
-        stop.text = format!("{}\n", stop.text);
-        write(&stop.file, &stop.text).unwrap();
+        let stop = Lock::overwrite(&path).unwrap();
         assert!(!owner.is_ours() && stop.is_ours());
         drop(stop);
         assert!(!owner.is_ours());

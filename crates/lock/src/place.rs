@@ -1,15 +1,13 @@
 //! Where locks of what belongs to the whole computer lie.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use crate::system;
 
 /// The folder that all users of this computer share. It does not depend on who asks: root and everybody else must meet
 /// there, so neither the user's own temporary folder nor what one of them happens to be able to write decides.
 pub fn shared_folder() -> PathBuf {
-    ["/run/lock", "/var/lock", "/tmp"]
-        .into_iter()
-        .map(Path::new)
-        .find(|folder| everybody_may_write(folder))
-        .map_or_else(std::env::temp_dir, Path::to_owned)
+    system::shared_folder().map_or_else(std::env::temp_dir, Into::into)
 }
 
 /// The name of the lock file of `thing`, the same for everybody who means that thing.
@@ -22,18 +20,6 @@ pub fn file_name(thing: &str) -> String {
         }
     }
     name + ".lock"
-}
-
-/// Whether all may make files there, and none may remove those of others (the sticky bit).
-#[cfg(unix)]
-fn everybody_may_write(folder: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt as _;
-    std::fs::metadata(folder).is_ok_and(|data| data.is_dir() && data.permissions().mode() & 0o1002 == 0o1002)
-}
-
-#[cfg(not(unix))]
-fn everybody_may_write(_: &Path) -> bool {
-    false
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ mod ports;
 mod probe;
 mod record;
 mod replay;
+mod serial;
 mod system;
 mod usb;
 mod users;

@@ -14,6 +14,7 @@ use std::task::{Context, Poll};
 use isolux_lock::{Held, Lock, LockError, file_name, shared_folder};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
+use crate::serial::one_name;
 use crate::{Link, LinkError, UsbAddress, usb_devices};
 
 /// The lock files of what is behind `address`, none for a pipe in memory. A host with several addresses has as many.
@@ -57,14 +58,7 @@ pub fn port_holder(path: &str) -> Option<Held> {
 }
 
 fn serial_name(path: &str) -> String {
-    // A port that is not there has no other names.
-    let real = std::fs::canonicalize(path).map_or_else(|_| path.to_owned(), |real| real.display().to_string());
-    // macOS has two names for the same port.
-    let real = match real.strip_prefix("/dev/cu.") {
-        Some(port) if cfg!(target_os = "macos") => format!("/dev/tty.{port}"),
-        _ => real,
-    };
-    format!("serial:{real}")
+    format!("serial:{}", one_name(path))
 }
 
 /// The socket that a USB device is plugged into, which has one name whatever the address says. What no device or more

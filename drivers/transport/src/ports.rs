@@ -212,6 +212,7 @@ mod tests {
         tokio::time::Instant::now() + std::time::Duration::from_secs(1)
     }
 
+    #[cfg(unix)]
     #[tokio::test]
     async fn an_address_is_opened_once_by_whatever_name_and_again_when_it_was_lost() {
         let folder = tempfile::tempdir().unwrap();

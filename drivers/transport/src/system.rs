@@ -1,19 +1,18 @@
-//! The real links: serial ports, ptys, TCP.
+//! The real links: serial ports, TCP, USB.
 
 use std::io;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_lock::Held;
 use tokio::net::TcpStream;
-use tokio_serial::{SerialPortBuilderExt, SerialPortType};
+use tokio_serial::SerialPortType;
 
 use crate::owner::{Locks, Owned, network_peer, port_holder};
 use crate::usb::find_usb;
 use crate::users::users_of;
-use crate::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity, UsbAddress, UsbProfile};
+use crate::{LineSettings, Link, LinkError, Links, MemoryLinks, UsbAddress, UsbProfile, serial};
 
 /// Opens serial lines, TCP connections and, by `memory:name`, the pipes of this process. What is behind the first two
 /// belongs to this process from then on until this is dropped; another that tries is told who has it.
@@ -83,7 +82,7 @@ impl Links for SystemLinks {
         };
         let link = match network_peer(address) {
             Some(peer) => connect(address, peer).await?,
-            None => open_serial(address, line, self.locks.is_some())?,
+            None => Box::new(serial::open(address, line, self.locks.is_some()).await?),
         };
         Ok(Box::new(Owned { link, locks }))
     }
@@ -140,95 +139,6 @@ async fn connect(address: &str, peer: &str) -> Result<Box<dyn Link>, LinkError> 
         .set_nodelay(true)
         .map_err(|error| failed(error.to_string(), "reconnect"))?;
     Ok(Box::new(stream))
-}
-
-/// Opens a port that no other program uses, unless it is opened `alone` = false.
-fn open_serial(path: &str, line: LineSettings, alone: bool) -> Result<Box<dyn Link>, LinkError> {
-    // A pseudo-terminal carries whole bytes and nothing else: asked for parity, it refuses or ignores it.
-    let line = if is_pty(path) {
-        LineSettings {
-            data_bits: 8,
-            parity: Parity::None,
-            stop_bits: 1,
-            ..line
-        }
-    } else {
-        line
-    };
-    let failed = |reason: String, advice: Option<String>| LinkError {
-        address: path.to_owned(),
-        reason,
-        advice,
-    };
-    let data_bits = match line.data_bits {
-        7 => tokio_serial::DataBits::Seven,
-        8 => tokio_serial::DataBits::Eight,
-        other => return Err(failed(format!("{other} data bits are not supported"), None)),
-    };
-    let stop_bits = match line.stop_bits {
-        1 => tokio_serial::StopBits::One,
-        2 => tokio_serial::StopBits::Two,
-        other => return Err(failed(format!("{other} stop bits are not supported"), None)),
-    };
-    let parity = match line.parity {
-        Parity::None => tokio_serial::Parity::None,
-        Parity::Even => tokio_serial::Parity::Even,
-        Parity::Odd => tokio_serial::Parity::Odd,
-    };
-    let builder = tokio_serial::new(path, line.baud)
-        .data_bits(data_bits)
-        .stop_bits(stop_bits)
-        .parity(parity)
-        .exclusive(alone);
-    let opened = builder.open_native_async().and_then(|mut port| {
-        // That nobody else uses it was seen on opening. From now on `isolux stop` must be able to open it too; programs
-        // that lock the port (flock) are kept away still.
-        #[cfg(unix)]
-        port.set_exclusive(false)?;
-        Ok(port)
-    });
-    match opened {
-        Ok(port) => Ok(Box::new(port)),
-        Err(error) => {
-            let kind = match error.kind {
-                // What the library says of a port that another program has locked (EBUSY of TIOCEXCL, flock).
-                tokio_serial::ErrorKind::NoDevice if Path::new(path).exists() => io::ErrorKind::ResourceBusy,
-                tokio_serial::ErrorKind::NoDevice => io::ErrorKind::NotFound,
-                tokio_serial::ErrorKind::Io(kind) => kind,
-                _ => io::ErrorKind::Other,
-            };
-            let reason = match kind {
-                io::ErrorKind::ResourceBusy => busy(path),
-                _ => error.to_string(),
-            };
-            Err(failed(reason, advice(kind)))
-        }
-    }
-}
-
-/// That a port is busy, and who uses it where that can be known.
-fn busy(path: &str) -> String {
-    match users_of(path) {
-        users if users.is_empty() => "the port is busy: another program has it open".to_owned(),
-        users => format!("the port is busy: {} has it open", users.join(", ")),
-    }
-}
-
-fn is_pty(path: &str) -> bool {
-    std::fs::canonicalize(path).is_ok_and(|real| real.starts_with("/dev/pts") || real.starts_with("/dev/ttys"))
-}
-
-/// What to do about a port that does not open.
-fn advice(kind: io::ErrorKind) -> Option<String> {
-    let advice = match kind {
-        io::ErrorKind::PermissionDenied => {
-            "this account may not use the port: join its group (Debian: sudo usermod -aG dialout $USER), then log in again"
-        }
-        io::ErrorKind::NotFound => "no such port: `isolux devices` lists those found; check cable and power",
-        io::ErrorKind::ResourceBusy => "close the program that uses it (a terminal, a modem manager), then start again",
-        _ => return None,
-    };
-    Some(advice.to_owned())
 }
 
 /// Whether a port that was found can be used.
@@ -302,7 +212,7 @@ pub fn found_ports() -> Result<Vec<FoundPort>, LinkError> {
     Ok(found)
 }
 
-/// Opens the file and closes it again; no line setting is touched. A port that is in use is left alone.
+/// Whether a port can be used; one that is in use is left alone.
 fn state_of(path: &str) -> PortState {
     if let Some(held) = port_holder(path) {
         return PortState::Unusable {
@@ -312,41 +222,26 @@ fn state_of(path: &str) -> PortState {
     }
     if !users_of(path).is_empty() {
         return PortState::Unusable {
-            reason: busy(path),
-            advice: advice(io::ErrorKind::ResourceBusy),
+            reason: serial::busy(path),
+            advice: serial::advice(io::ErrorKind::ResourceBusy).map(str::to_owned),
         };
     }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::OpenOptionsExt;
-        // O_NONBLOCK (Linux 0o4000, macOS 0x4): without it the open waits for a modem's carrier.
-        let nonblocking = if cfg!(target_os = "macos") { 0x4 } else { 0o4000 };
-        match std::fs::OpenOptions::new()
-            .read(true)
-            .write(true)
-            .custom_flags(nonblocking)
-            .open(path)
-        {
-            Ok(_) => PortState::Usable,
-            Err(error) => PortState::Unusable {
-                reason: match error.kind() {
-                    io::ErrorKind::ResourceBusy => busy(path),
-                    _ => error.to_string(),
-                },
-                advice: advice(error.kind()),
+    match serial::probe(path) {
+        Ok(()) => PortState::Usable,
+        Err(error) => PortState::Unusable {
+            reason: match error.kind() {
+                io::ErrorKind::ResourceBusy => serial::busy(path),
+                _ => error.to_string(),
             },
-        }
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = path;
-        PortState::Usable
+            advice: serial::advice(error.kind()).map(str::to_owned),
+        },
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Parity;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
     const LINE: LineSettings = LineSettings {
@@ -420,15 +315,6 @@ mod tests {
         assert_eq!(&read, b"say\n");
     }
 
-    #[test]
-    fn a_port_that_this_account_may_not_use_names_its_group() {
-        let advice = advice(io::ErrorKind::PermissionDenied).unwrap();
-        assert!(
-            advice.contains("dialout") && advice.contains("log in again"),
-            "{advice}"
-        );
-    }
-
     #[cfg(target_os = "linux")]
     #[tokio::test]
     async fn a_busy_port_says_so_and_who_has_it() {
@@ -477,7 +363,6 @@ mod tests {
         SystemLinks::default().claim(&path, false).await.unwrap_err();
     }
 
-    #[cfg(unix)]
     #[tokio::test]
     async fn who_was_taken_over_from_says_nothing_more_to_the_instrument() {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();

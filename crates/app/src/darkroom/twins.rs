@@ -250,7 +250,7 @@ pub fn write_in_memory(
             let absolute = path
                 .canonicalize_utf8()
                 .map_err(|error| Failure::bad_input(format!("{path}: {error}")))?;
-            Some(absolute.into_string())
+            Some(files::in_document(&absolute))
         }
     };
     let text = station_in(named.as_deref(), &document, &outlets);

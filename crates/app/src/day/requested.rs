@@ -393,7 +393,7 @@ pub(super) fn built_in_plan(day: &Utf8Path) -> Result<Option<DayPlan>, Failure> 
 fn whole(path: &Utf8Path) -> Result<Value, Failure> {
     let path = std::path::absolute(path).map_err(Failure::instrument)?;
     let path = Utf8PathBuf::try_from(path).map_err(Failure::bad_input)?;
-    Ok(path.into_string().into())
+    Ok(files::in_document(&path).into())
 }
 
 /// The diagnosis that a job asks for.

@@ -114,6 +114,7 @@ mod tests {
         std::fs::write(folder.join("Lamp.TLT"), "1\n3\n0 45 90\n1.0 .95 .9\n").unwrap();
         std::fs::write(outer.join("outside.tlt"), "1\n3\n0 45 90\n1.0 .95 .9\n").unwrap();
         std::fs::write(folder.join("short.tlt"), "1\n3\n0 45\n1.0 .95\n").unwrap();
+        #[cfg(unix)]
         std::os::unix::fs::symlink(outer.join("outside.tlt"), folder.join("link.tlt")).unwrap();
 
         let found = inspected(&folder, "lamp.tlt");

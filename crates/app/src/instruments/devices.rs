@@ -221,4 +221,13 @@ mod tests {
             assert_eq!(port.usable, port.missing.is_none(), "{port:?}");
         }
     }
+
+    #[test]
+    fn the_package_gives_access_to_every_instrument_on_usb() {
+        let rules = include_str!("../../../../packaging/70-isolux.rules");
+        for (vendor, product) in catalogue::drivers().flat_map(|driver| driver.usb).map(|usb| usb.id) {
+            let rule = format!("ATTR{{idVendor}}==\"{vendor:04x}\", ATTR{{idProduct}}==\"{product:04x}\"");
+            assert!(rules.contains(&rule), "{rule}");
+        }
+    }
 }

@@ -43,7 +43,9 @@ pub fn files(folder: &Utf8Path) -> Vec<String> {
 /// Whether `name` is the name of something that lies in a folder, and no path that leads out of it.
 pub fn is_name(name: &str) -> bool {
     let path = Utf8Path::new(name);
-    !name.is_empty() && path.file_name() == Some(name) && !name.starts_with('.')
+    // On Windows `a:b` is a second stream of the file `a`.
+    let hidden = cfg!(windows) && name.contains(':');
+    !name.is_empty() && path.file_name() == Some(name) && !name.starts_with('.') && !hidden
 }
 
 /// A name for a new run in `folder`: `day`, or the first of `day-2`, … that does not exist.

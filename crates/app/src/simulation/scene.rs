@@ -334,7 +334,7 @@ fn changed(at: &Utf8Path, mut table: Table, changes: &Changes) -> Result<Table, 
         let path = Utf8PathBuf::try_from(whole).map_err(Failure::bad_input)?;
         if let Some(Value::Table(luminaire)) = table.get_mut("luminaire") {
             luminaire.remove("ler_lm_per_w");
-            luminaire.insert("spectrum".into(), path.as_str().into());
+            luminaire.insert("spectrum".into(), files::in_document(&path).into());
         }
     }
     if changes.luminous_area {
@@ -387,7 +387,7 @@ fn inline_model(at: &Utf8Path, table: &mut Table) -> Result<(), Failure> {
     if let Some(Value::Table(luminaire)) = model.get_mut("luminaire") {
         for key in ["distribution", "spectrum"] {
             if let Some(Value::String(name)) = luminaire.get_mut(key) {
-                *name = folder.join(&*name).into_string();
+                *name = files::in_document(&folder.join(&*name));
             }
         }
     }

@@ -120,7 +120,15 @@ impl Case {
             overwrite: Overwrite::Never,
         };
         diagnose::run(&request, progress)?;
-        let text = serde_json::to_vec_pretty(self).map_err(Failure::instrument)?;
+        let named = Self {
+            model: files::in_document(&self.model).into(),
+            observations: self
+                .observations
+                .iter()
+                .map(|path| files::in_document(path).into())
+                .collect(),
+        };
+        let text = serde_json::to_vec_pretty(&named).map_err(Failure::instrument)?;
         files::write(&out.join(CASE), &text, Overwrite::Force)
     }
 }

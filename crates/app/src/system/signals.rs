@@ -1,5 +1,5 @@
-//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed. Here
-//! alone.
+//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed; on Windows
+//! Ctrl-C, Ctrl-Break, and what is sent before a window is closed or a session ends. Here alone.
 //!
 //! While something runs that has axes to stop, a signal is its affair ([`OnSignals`]). At all other times the program
 //! ends at once, for every file is written completely or not at all.
@@ -117,11 +117,38 @@ async fn receive(ready: &mpsc::Sender<Result<(), String>>) {
     std::future::pending::<()>().await;
 }
 
-#[cfg(not(unix))]
+/// Listens for ever; says on `ready` when it does. Where a window is closed, a session ends or the computer shuts down,
+/// Windows ends the process a few seconds later (`HandlerRoutine`): the axes are at rest by then.
+#[cfg(windows)]
 async fn receive(ready: &mpsc::Sender<Result<(), String>>) {
+    use tokio::signal::windows::{ctrl_break, ctrl_c, ctrl_close, ctrl_logoff, ctrl_shutdown};
+    let all = (|| {
+        Ok::<_, std::io::Error>((
+            ctrl_c()?,
+            ctrl_break()?,
+            ctrl_close()?,
+            ctrl_logoff()?,
+            ctrl_shutdown()?,
+        ))
+    })();
+    let (mut interrupt, mut stop, mut close, mut logoff, mut shutdown) = match all {
+        Ok(all) => all,
+        Err(error) => {
+            let _ = ready.send(Err(error.to_string()));
+            return;
+        }
+    };
     let _ = ready.send(Ok(()));
-    while tokio::signal::ctrl_c().await.is_ok() {
-        received("Ctrl-C");
+    loop {
+        let name = tokio::select! {
+            Some(()) = interrupt.recv() => "Ctrl-C",
+            Some(()) = stop.recv() => "Ctrl-Break",
+            Some(()) = close.recv() => "the closing of its window",
+            Some(()) = logoff.recv() => "the end of the session",
+            Some(()) = shutdown.recv() => "the shutdown of the computer",
+            else => return,
+        };
+        received(name);
     }
 }
 

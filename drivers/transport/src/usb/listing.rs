@@ -1,9 +1,11 @@
-//! USB devices that this computer sees, by the words of its kernel. Nothing is opened.
+//! USB devices that this computer sees. Nothing is sent to any of them.
 
 use std::path::Path;
 
+use rusb::UsbContext as _;
+
 use super::address::UsbId;
-use super::open::udev_rule;
+use super::open::{WINUSB, place, udev_rule};
 use crate::users::users_of;
 
 /// A USB device.
@@ -37,9 +39,46 @@ pub enum UsbAccess {
     InUse(Vec<String>),
 }
 
-/// The USB devices of a Linux computer (`/sys/bus/usb/devices`), sorted by id; empty where there is no such folder.
+/// The USB devices of this computer, sorted by id: on Linux by its kernel (`/sys/bus/usb/devices`), elsewhere by libusb,
+/// which knows neither names nor serial numbers of devices that are not asked. Empty where the system has no USB.
 pub fn usb_devices() -> Vec<UsbDevice> {
-    devices_below(Path::new("/sys/bus/usb/devices"), Path::new("/dev/bus/usb"))
+    if cfg!(target_os = "linux") {
+        devices_below(Path::new("/sys/bus/usb/devices"), Path::new("/dev/bus/usb"))
+    } else {
+        by_libusb().unwrap_or_default()
+    }
+}
+
+/// Opens each device and closes it again; nothing is sent.
+fn by_libusb() -> Result<Vec<UsbDevice>, rusb::Error> {
+    let mut devices = Vec::new();
+    for device in rusb::Context::new()?.devices()?.iter() {
+        let Ok(descriptor) = device.device_descriptor() else {
+            continue;
+        };
+        if descriptor.class_code() == rusb::constants::LIBUSB_CLASS_HUB {
+            continue;
+        }
+        let id = (descriptor.vendor_id(), descriptor.product_id());
+        let access = match device.open() {
+            Err(rusb::Error::NotSupported | rusb::Error::NotFound) if cfg!(windows) => UsbAccess::Denied {
+                advice: WINUSB.to_owned(),
+            },
+            Err(rusb::Error::Access) => UsbAccess::InUse(vec!["another program or driver".to_owned()]),
+            _ => UsbAccess::Usable,
+        };
+        devices.push(UsbDevice {
+            id,
+            name: String::new(),
+            serial: None,
+            port: place(&device),
+            access,
+            // A serial adapter without a driver is not in the list of ports; libusb does not say more.
+            has_driver: true,
+        });
+    }
+    devices.sort_by(|a, b| (a.id, &a.port).cmp(&(b.id, &b.port)));
+    Ok(devices)
 }
 
 /// Opens the device's file and closes it again; nothing is sent.
@@ -102,6 +141,15 @@ fn devices_below(folder: &Path, nodes: &Path) -> Vec<UsbDevice> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn libusb_knows_the_same_devices_as_the_kernel() {
+        let ids = |devices: Vec<UsbDevice>| devices.into_iter().map(|device| device.id).collect::<Vec<_>>();
+        // A computer without USB has none; one where libusb is refused says nothing against the kernel.
+        if let Ok(found) = by_libusb() {
+            assert_eq!(ids(found), ids(usb_devices()));
+        }
+    }
 
     #[test]
     fn tells_devices_from_interfaces_and_hubs() {

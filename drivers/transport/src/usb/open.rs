@@ -179,7 +179,7 @@ fn serial(device: &Device<rusb::Context>, descriptor: &rusb::DeviceDescriptor) -
 }
 
 /// Bus and ports, as Linux names them: `1-2.4`.
-fn place(device: &Device<rusb::Context>) -> String {
+pub(super) fn place(device: &Device<rusb::Context>) -> String {
     let ports = device.port_numbers().unwrap_or_default();
     let ports: Vec<String> = ports.iter().map(u8::to_string).collect();
     if ports.is_empty() {
@@ -245,9 +245,13 @@ fn refused(address: &UsbAddress, chosen: &Candidate, error: Error) -> LinkError 
     let node = format!("/dev/bus/usb/{:03}/{:03}", device.bus_number(), device.address());
     let name = named(chosen);
     let (reason, advice) = match error {
-        Error::Access => (
+        Error::Access if cfg!(target_os = "linux") => (
             format!("{name}: this account may not use it ({node})"),
             Some(udev_rule(*id)),
+        ),
+        Error::Access => (
+            format!("{name}: another program or driver has it"),
+            Some("close that program, then start again".to_owned()),
         ),
         Error::Busy => {
             let us = format!("(pid {})", std::process::id());
@@ -268,9 +272,9 @@ fn refused(address: &UsbAddress, chosen: &Candidate, error: Error) -> LinkError 
             format!("{name} was unplugged"),
             Some("check the cable, then start again".to_owned()),
         ),
-        Error::NotSupported if cfg!(windows) => (
+        Error::NotSupported | Error::NotFound if cfg!(windows) => (
             format!("{name} has no driver that lets programs use it"),
-            Some("give it the driver WinUSB, for example with Zadig".to_owned()),
+            Some(WINUSB.to_owned()),
         ),
         other => (format!("{name}: {other}"), None),
     };
@@ -280,6 +284,9 @@ fn refused(address: &UsbAddress, chosen: &Candidate, error: Error) -> LinkError 
         advice,
     }
 }
+
+/// What lets programs use a device on Windows.
+pub(super) const WINUSB: &str = "give it the driver WinUSB, for example with Zadig";
 
 /// What gives the users at this computer access to a device.
 pub(crate) fn udev_rule((vendor, product): UsbId) -> String {
