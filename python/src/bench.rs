@@ -4,6 +4,7 @@
 //! the axes are verified at rest, not before.
 
 mod events;
+mod folder;
 mod results;
 mod scan;
 
@@ -13,10 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use camino::Utf8PathBuf;
-use isolux_app::files::Overwrite;
 use isolux_app::front_end::progress::{Event, Progress};
-use isolux_app::init::subject::Subject;
-use isolux_app::init::{self, DayPlan, Instruments};
 use isolux_app::instruments::bench::StationFiles;
 use isolux_app::manual::Output;
 use isolux_app::manual::held::{self, HeldBench, Pending};
@@ -27,6 +25,7 @@ use pyo3::types::PyDict;
 use crate::error::{bad_input, raised};
 pub(crate) use events::ScanEvent;
 use events::Steps;
+pub(crate) use folder::begin_folder;
 pub(crate) use results::{LuxReading, Position, ScanSummary, SpectrumReading, WarmedUp};
 pub(crate) use scan::Scan;
 use scan::Shared;
@@ -384,37 +383,4 @@ fn utf8(py: Python<'_>, path: PathBuf) -> PyResult<Utf8PathBuf> {
         let message = format!("{} is not UTF-8", path.display());
         bad_input(py, message, "name it otherwise")
     })
-}
-
-/// Writes a station, plan, scene and job to start from into `folder`; the files written.
-#[pyfunction(name = "init")]
-#[pyo3(signature = (folder, *, lamp=None, plan="near", in_motion=false, colour=false, overwrite=false))]
-pub(crate) fn begin_folder(
-    py: Python<'_>,
-    folder: PathBuf,
-    lamp: Option<PathBuf>,
-    plan: &str,
-    in_motion: bool,
-    colour: bool,
-    overwrite: bool,
-) -> PyResult<Vec<PathBuf>> {
-    let folder = utf8(py, folder)?;
-    let instruments = Instruments {
-        in_motion,
-        colour,
-        ..Instruments::default()
-    };
-    let (subject, overwrite) = (Subject::default(), Overwrite::requested(overwrite));
-    let written = if let Some(lamp) = lamp {
-        let noted = Noted(Notes::default());
-        init::for_lamp(&folder, &utf8(py, lamp)?, &instruments, &subject, overwrite, &noted)
-    } else {
-        let known = DayPlan::named(plan).ok_or_else(|| {
-            let names = DayPlan::ALL.map(DayPlan::name).join(", ");
-            bad_input(py, format!("no plan is named {plan}"), &format!("one of: {names}"))
-        })?;
-        init::run(&folder, known, &instruments, &subject, overwrite)
-    };
-    let written = written.map_err(|failure| raised(py, failure))?;
-    Ok(written.into_iter().map(Utf8PathBuf::into_std_path_buf).collect())
 }

@@ -209,6 +209,14 @@ def test_a_folder_to_start_from_is_written_once(tmp_path: Path):
         isolux.init(tmp_path / "other", plan="far")
 
 
+def test_a_folder_for_a_lamp_says_how_its_plan_was_chosen(tmp_path: Path):
+    lamp = Path(__file__).parents[2] / "crates" / "formats" / "tests" / "golden" / "lorl-zero.ldt"
+    with pytest.warns(UserWarning, match="half-planes"):
+        written = isolux.init(tmp_path / "lamp", lamp=lamp)
+    with isolux.Bench(tmp_path / "lamp" / "station.toml") as bench:
+        assert bench.in_memory and tmp_path / "lamp" / "plan.toml" in written
+
+
 def test_a_second_bench_on_the_same_instruments_is_refused(served: Served):
     bench = isolux.Bench(served.station)
     assert not bench.in_memory

@@ -377,7 +377,8 @@ def init(
 ) -> list[Path]:
     """Writes a station, plan, scene and job of the virtual darkroom to start from; the files written.
 
-    :param lamp: a photometric file whose luminaire the room gets, and a plan for it; ``plan`` is then not used.
+    :param lamp: a photometric file whose luminaire the room gets, and a plan for it; ``plan`` is then not used. How the
+        grid was chosen, and what had to be assumed of the lamp, comes as warnings.
     :param in_motion: the distribution is read while γ moves, by twins that can.
     :param colour: the plan takes spectra over angle.
     :raises InputError: one of the files exists and ``overwrite`` is false (then none is written), or no lamp can be

@@ -228,7 +228,7 @@ mod tests {
     use super::*;
     use crate::front_end::progress::Silent;
 
-    const PATIENCE: Duration = Duration::from_secs(60);
+    const PATIENCE: Duration = Duration::from_mins(1);
 
     fn open() -> HeldBench {
         let (bench, opened) = HeldBench::open(built_in().unwrap(), None, Silent).unwrap();
