@@ -16,7 +16,6 @@ use crate::wait::on_thread;
 /// Diagnoses into the folder `out`; returns diagnosis.json, the difference of the models, and the adopted model.
 #[pyfunction]
 #[pyo3(signature = (model, observations, out, *, held_out=None, seed=1, accept=false, force=false, progress=None))]
-#[expect(clippy::type_complexity, reason = "three values, which the Python half names")]
 pub(crate) fn _diagnose<'py>(
     py: Python<'py>,
     model: PathBuf,
@@ -42,17 +41,21 @@ pub(crate) fn _diagnose<'py>(
     };
     let found = on_thread(py, progress, move |listener| diagnose::run(&request, listener))?;
     let document = to_python(py, &found.document)?;
-    Ok((document, found.diff, found.accepted.map(|path| path.into_string())))
+    Ok((
+        document,
+        found.diff,
+        found.accepted.map(camino::Utf8PathBuf::into_string),
+    ))
 }
 
 /// What `model` says would be read at the coordinates of `observations`: (facts, columns as text, name, values).
 #[pyfunction]
 #[expect(clippy::type_complexity, reason = "four values, which the Python half names")]
-pub(crate) fn _predict<'py>(
-    py: Python<'py>,
+pub(crate) fn _predict(
+    py: Python<'_>,
     model: PathBuf,
     observations: PathBuf,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>, &'static str, Bound<'py, PyAny>)> {
+) -> PyResult<(Bound<'_, PyAny>, Bound<'_, PyDict>, &'static str, Bound<'_, PyAny>)> {
     let (model, observations) = (utf8(py, model)?, utf8(py, observations)?);
     let (facts, table) = on_thread(py, None, move |_| predict::table(&model, &observations))?;
     let columns = PyDict::new(py);

@@ -17,20 +17,13 @@ pub(crate) fn one(content: Option<&Content>, title: &str, kind: &str) -> PyResul
 
 /// A title, a table of facts and a picture, as HTML.
 pub(crate) fn card(title: &str, facts: &[(&str, String)], svg: &str) -> String {
-    let rows: String = facts
-        .iter()
-        .map(|(name, value)| {
-            format!(
-                "<tr><th style=\"text-align:left\">{}</th><td>{}</td></tr>",
-                escaped(name),
-                escaped(value)
-            )
-        })
-        .collect();
-    format!(
-        "<div><b>{}</b><table>{rows}</table><div style=\"max-width:28em\">{svg}</div></div>",
-        escaped(title)
-    )
+    let mut rows = String::new();
+    for (name, value) in facts {
+        let (name, value) = (escaped(name), escaped(value));
+        rows += &format!("<tr><th style=\"text-align:left\">{name}</th><td>{value}</td></tr>");
+    }
+    let title = escaped(title);
+    format!("<div><b>{title}</b><table>{rows}</table><div style=\"max-width:28em\">{svg}</div></div>")
 }
 
 fn escaped(text: &str) -> String {

@@ -80,13 +80,14 @@ fn object(py: Python<'_>, inspection: Inspection) -> PyResult<Py<PyAny>> {
                     None => format!("{}: {}", inspection.file, finding.message),
                 })
                 .collect();
-            let message = match messages.is_empty() {
-                true => format!(
+            let message = if messages.is_empty() {
+                format!(
                     "{}: {} is no distribution and no spectrum",
                     inspection.file,
                     inspection.what()
-                ),
-                false => messages.join("\n"),
+                )
+            } else {
+                messages.join("\n")
             };
             Err(bad_input(py, message, "`isolux inspect --all` shows every finding"))
         }

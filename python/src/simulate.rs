@@ -66,15 +66,12 @@ pub(crate) fn simulate(
         luminous_area,
     };
     let method = method_of(method, sampling, rays, seed)?;
-    let source = match luminaire.cast::<Distribution>() {
-        Ok(distribution) => {
-            let spectrum = spectrum.map(spectrum_in_memory).transpose()?;
-            Source::Memory(Box::new((distribution.get().grid().clone(), spectrum)))
-        }
-        Err(_) => {
-            asked.spectrum = spectrum.map(|path| utf8(py, path.extract()?)).transpose()?;
-            Source::File(utf8(py, luminaire.extract()?)?)
-        }
+    let source = if let Ok(distribution) = luminaire.cast::<Distribution>() {
+        let spectrum = spectrum.map(spectrum_in_memory).transpose()?;
+        Source::Memory(Box::new((distribution.get().grid().clone(), spectrum)))
+    } else {
+        asked.spectrum = spectrum.map(|path| utf8(py, path.extract()?)).transpose()?;
+        Source::File(utf8(py, luminaire.extract()?)?)
     };
     let stop = Stop::default();
     let requested = stop.clone();
@@ -131,15 +128,11 @@ impl Source {
 /// A spectrum object, or one in a file.
 fn spectrum_in_memory(spectrum: &Bound<'_, PyAny>) -> PyResult<isolux_app::formats::Spectrum> {
     let py = spectrum.py();
-    let read;
-    let object = match spectrum.cast::<Spectrum>() {
-        Ok(object) => object,
-        Err(_) => {
-            read = crate::read::read(py, spectrum.extract()?, None, false, false)?.into_bound(py);
-            read.cast::<Spectrum>().map_err(PyErr::from)?
-        }
-    };
-    object.get().curve(py)
+    if let Ok(object) = spectrum.cast::<Spectrum>() {
+        return object.get().curve(py);
+    }
+    let read = crate::read::read(py, spectrum.extract()?, None, false, false)?.into_bound(py);
+    read.cast::<Spectrum>().map_err(PyErr::from)?.get().curve(py)
 }
 
 /// `key=value` as the scene file would have it.
@@ -306,9 +299,9 @@ impl Simulation {
     }
 
     /// The map as it stands in `irradiance.png`.
-    fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let png = py.detach(|| solver::picture(&self.solved.clone().rounded()));
-        Ok(PyBytes::new(py, &png))
+        PyBytes::new(py, &png)
     }
 
     fn __repr__(&self) -> String {

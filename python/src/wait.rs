@@ -98,7 +98,8 @@ fn wait<T: Send>(
     receiver: &mut Receiver<Message<T>>,
 ) -> PyResult<T> {
     loop {
-        let received = py.detach(|| (&mut *receiver).recv_timeout(LOOK));
+        let own = &mut *receiver;
+        let received = py.detach(move || own.recv_timeout(LOOK));
         py.check_signals()?;
         match received {
             Ok(Message::Step(step)) => {
