@@ -118,7 +118,7 @@ async fn receive(ready: &mpsc::Sender<Result<(), String>>) {
 }
 
 /// Listens for ever; says on `ready` when it does. Where a window is closed, a session ends or the computer shuts down,
-/// Windows ends the process a few seconds later (`HandlerRoutine`): the axes are at rest by then.
+/// Windows ends the process a few seconds later (`HandlerRoutine`): the axes are stopped at once.
 #[cfg(windows)]
 async fn receive(ready: &mpsc::Sender<Result<(), String>>) {
     use tokio::signal::windows::{ctrl_break, ctrl_c, ctrl_close, ctrl_logoff, ctrl_shutdown};
