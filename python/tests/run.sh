@@ -4,13 +4,20 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 profile=${1:-dev}
+features=pyo3/extension-module
+if [ "$profile" = dev ]; then
+  features+=,as-tested
+fi
 tools=target/python-tools
 clean=target/python-clean
 rm -rf "$clean" target/wheels
 
-test -x "$tools/bin/maturin" || { python3 -m venv "$tools" && "$tools/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0; }
-"$tools/bin/maturin" build --locked --manifest-path python/Cargo.toml --profile "$profile" --compatibility linux \
-  --out target/wheels
+if [ ! -x "$tools/bin/maturin" ]; then
+  python3 -m venv "$tools"
+  "$tools/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0
+fi
+"$tools/bin/maturin" build --locked --manifest-path python/Cargo.toml --profile "$profile" --features "$features" \
+  --compatibility linux --out target/wheels
 
 python3 -m venv "$clean"
 "$clean/bin/pip" install --quiet --disable-pip-version-check target/wheels/isolux-*.whl -r python/tests/requirements.txt
