@@ -23,4 +23,4 @@ python3 -m venv "$clean"
 "$clean/bin/pip" install --quiet --disable-pip-version-check target/wheels/isolux-*.whl -r python/tests/requirements.txt
 cd python/tests
 # What a user of the wheel has: no cargo, no rustc.
-PATH="$OLDPWD/$clean/bin:/usr/bin:/bin" "$OLDPWD/$clean/bin/python" -m pytest -q -p no:cacheprovider
+PATH="$OLDPWD/$clean/bin:/usr/bin:/bin" "$OLDPWD/$clean/bin/python" -m pytest -q -p no:cacheprovider -n 2
