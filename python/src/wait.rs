@@ -33,7 +33,7 @@ struct Abandoned;
 pub(crate) struct Listener {
     stop: Arc<AtomicBool>,
     say: Box<dyn Fn(Step) + Send + Sync>,
-    step: std::sync::Mutex<(String, Option<u64>)>,
+    current: std::sync::Mutex<Current>,
 }
 
 impl Progress for Listener {
@@ -42,18 +42,31 @@ impl Progress for Listener {
             // Files are published whole or not at all, so work may end anywhere.
             resume_unwind(Box::new(Abandoned));
         }
-        let Ok(mut step) = self.step.lock() else { return };
+        let Ok(mut current) = self.current.lock() else { return };
+        if let Some(step) = current.after(event) {
+            (self.say)(step);
+        }
+    }
+}
+
+/// The step that work is in, and how many units it has.
+#[derive(Default)]
+pub(crate) struct Current(String, Option<u64>);
+
+impl Current {
+    /// What is said of `event`; none where nothing is.
+    pub(crate) fn after(&mut self, event: Event<'_>) -> Option<Step> {
         let (done, sentence) = match event {
-            Event::Began { step: name, total } => {
-                *step = (name.to_owned(), total);
+            Event::Began { step, total } => {
+                *self = Self(step.to_owned(), total);
                 (Some(0), String::new())
             }
             Event::At { done, what } => (Some(done), what.to_owned()),
-            Event::Ended(sentence) => (step.1, sentence.to_owned()),
+            Event::Ended(sentence) => (self.1, sentence.to_owned()),
             Event::Note(sentence) => (None, sentence.to_owned()),
-            Event::Outline(_) | Event::Live(_) => return,
+            Event::Outline(_) | Event::Live(_) => return None,
         };
-        (self.say)((step.0.clone(), done, step.1, sentence));
+        Some((self.0.clone(), done, self.1, sentence))
     }
 }
 
@@ -88,7 +101,7 @@ fn listener<T: Send + 'static>(sender: Sender<Message<T>>, stop: Arc<AtomicBool>
         say: Box::new(move |step| {
             let _ = sender.send(Message::Step(step));
         }),
-        step: std::sync::Mutex::default(),
+        current: std::sync::Mutex::default(),
     }
 }
 

@@ -8,7 +8,7 @@ use isolux_app::front_end::progress::{Event, Progress};
 use pyo3::prelude::*;
 
 use crate::document::to_python;
-use crate::wait::Step;
+use crate::wait::{Current, Step};
 
 /// Something that happened in a scan, and how far it is.
 #[pyclass(frozen, module = "isolux")]
@@ -204,7 +204,7 @@ impl<F: Fn(ScanEvent)> Progress for Follower<F> {
 /// Says the steps of a use case to a function of Python that waits for it.
 pub(crate) struct Steps {
     say: Sender<Step>,
-    step: RefCell<(String, Option<u64>)>,
+    current: RefCell<Current>,
 }
 
 /// What was said and not yet called.
@@ -213,26 +213,17 @@ pub(crate) struct Said(Receiver<Step>);
 impl Steps {
     pub(crate) fn new() -> (Self, Said) {
         let (say, said) = channel();
-        let step = RefCell::default();
-        (Self { say, step }, Said(said))
+        let current = RefCell::default();
+        (Self { say, current }, Said(said))
     }
 }
 
 impl Progress for Steps {
     fn event(&self, event: Event<'_>) {
-        let mut step = self.step.borrow_mut();
-        let (done, sentence) = match event {
-            Event::Began { step: name, total } => {
-                *step = (name.to_owned(), total);
-                (Some(0), String::new())
-            }
-            Event::At { done, what } => (Some(done), what.to_owned()),
-            Event::Ended(sentence) => (step.1, sentence.to_owned()),
-            Event::Note(sentence) => (None, sentence.to_owned()),
-            Event::Outline(_) | Event::Live(_) => return,
-        };
-        // Nobody may listen any more.
-        let _ = self.say.send((step.0.clone(), done, step.1, sentence));
+        if let Some(step) = self.current.borrow_mut().after(event) {
+            // Nobody may listen any more.
+            let _ = self.say.send(step);
+        }
     }
 }
 
