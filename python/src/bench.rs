@@ -11,7 +11,6 @@ mod scan;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use std::time::Duration;
 
 use camino::Utf8PathBuf;
 use isolux_app::front_end::progress::{Event, Progress};
@@ -22,16 +21,15 @@ use isolux_app::{Failure, FailureKind};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::{bad_input, raised};
+use crate::error::{bad_input, of_class, raised};
+use crate::path::utf8;
+use crate::wait::LOOK;
 pub(crate) use events::ScanEvent;
 use events::Steps;
 pub(crate) use folder::begin_folder;
 pub(crate) use results::{LuxReading, Position, ScanSummary, SpectrumReading, WarmedUp};
 pub(crate) use scan::Scan;
 use scan::Shared;
-
-/// How often signals are looked for.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// The instruments of a station, open from here to `close`, and stopped on every way there.
 #[pyclass(frozen, weakref, module = "isolux")]
@@ -356,13 +354,7 @@ fn ended(py: Python<'_>, failure: Failure) -> PyErr {
     if failure.kind != FailureKind::Interrupted {
         return raised(py, failure);
     }
-    let class = py
-        .import("isolux._errors")
-        .and_then(|errors| errors.getattr("Interrupted"));
-    match class.and_then(|class| class.call1((failure.message, failure.help))) {
-        Ok(exception) => PyErr::from_value(exception),
-        Err(error) => error,
-    }
+    of_class(py, "Interrupted", failure)
 }
 
 /// The thread and the instruments of a bench belong to the process that opened it.
@@ -376,11 +368,4 @@ fn unraisable(py: Python<'_>, outcome: PyResult<()>) {
     if let Err(error) = outcome {
         error.write_unraisable(py, None);
     }
-}
-
-fn utf8(py: Python<'_>, path: PathBuf) -> PyResult<Utf8PathBuf> {
-    Utf8PathBuf::from_path_buf(path).map_err(|path| {
-        let message = format!("{} is not UTF-8", path.display());
-        bad_input(py, message, "name it otherwise")
-    })
 }

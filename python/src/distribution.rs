@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use isolux_app::files::Overwrite;
-use isolux_app::formats::convert::{self, Edit, Options, Photometry, Symmetry};
+use isolux_app::formats::convert::{Edit, Options, Photometry, Symmetry};
 use isolux_app::formats::inspect::{self, Inspection, Quantities};
 use isolux_app::formats::{self as files, Content, IntensityDistribution, WriteOptions};
 use numpy::{
@@ -15,9 +14,9 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{rows, view};
 use crate::document::to_python;
-use crate::error::{bad_input, raised};
-use crate::path::utf8;
+use crate::error::bad_input;
 use crate::pictures;
+use crate::write::write;
 
 /// A luminous intensity distribution in candela over C (degrees, full circle) and gamma (degrees).
 #[pyclass(frozen, module = "isolux")]
@@ -150,7 +149,8 @@ impl Distribution {
         Ok(self.grid().zonal_flux_lm(step_deg).into_pyarray(py))
     }
 
-    /// Beam angle in degrees (50 % of the maximum) of the plane through half-plane C; None where it does not fall so far.
+    /// Beam angle in degrees (50 % of the maximum) of the plane through half-plane C; None where it does not fall so
+    /// far.
     #[pyo3(signature = (c_deg=0.0))]
     fn beam_angle_deg(&self, py: Python<'_>, c_deg: f64) -> PyResult<Option<f64>> {
         let plane = self.plane(py, c_deg)?;
@@ -188,14 +188,15 @@ impl Distribution {
         &self.inspection.file
     }
 
-    /// Colour over angle, of a model or a TM-33 file with spectra; None of a distribution without them.
+    /// Whether the file holds spectra over angle.
     #[getter]
     fn is_coloured(&self) -> bool {
         matches!(self.inspection.quantities, Quantities::Coloured(_))
     }
 
     /// Writes a file of the format of its extension; returns what was lost or assumed.
-    #[pyo3(signature = (path, *, force=false, edition=None, generation=None, photometry=None, rotate_c_deg=None, symmetrize=None, resample_deg=None, scale_flux_lm=None, entries=None))]
+    #[pyo3(signature = (path, *, force=false, edition=None, generation=None, photometry=None, rotate_c_deg=None,
+        symmetrize=None, resample_deg=None, scale_flux_lm=None, entries=None))]
     fn write<'py>(
         &self,
         py: Python<'py>,
@@ -210,7 +211,6 @@ impl Distribution {
         scale_flux_lm: Option<f64>,
         entries: Option<Vec<(String, String)>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let target = utf8(py, path)?;
         let photometry = photometry
             .map(|name| match name {
                 "A" => Ok(Photometry::A),
@@ -252,10 +252,7 @@ impl Distribution {
             edits: light.into_iter().flatten().chain(entries).collect(),
             ..Options::default()
         };
-        let content = self.inspection.content.as_ref();
-        let written = content.map(|content| convert::write(content, &target, &requested, Overwrite::requested(force)));
-        let findings = written.transpose().map_err(|failure| raised(py, failure))?;
-        to_python(py, &findings.unwrap_or_default())
+        write(py, &self.inspection, path, &requested, force)
     }
 
     /// A polar diagram on a matplotlib axes, made where none is given; returns the axes.

@@ -13,6 +13,11 @@ pub(crate) fn raised(py: Python<'_>, failure: Failure) -> PyErr {
         FailureKind::Interrupted => return PyKeyboardInterrupt::new_err(failure.message),
         FailureKind::Closed => return PyBrokenPipeError::new_err(failure.message),
     };
+    of_class(py, class, failure)
+}
+
+/// `failure` as an exception of the class of this name in `_errors.py`.
+pub(crate) fn of_class(py: Python<'_>, class: &str, failure: Failure) -> PyErr {
     let made = py
         .import("isolux._errors")
         .and_then(|errors| errors.getattr(class))

@@ -17,6 +17,7 @@ mod run;
 mod simulate;
 mod spectrum;
 mod wait;
+mod write;
 
 use pyo3::prelude::*;
 

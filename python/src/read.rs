@@ -77,6 +77,8 @@ fn object(py: Python<'_>, inspection: Inspection) -> PyResult<Py<PyAny>> {
             let messages: Vec<String> = errors
                 .map(|finding| match finding.line {
                     Some(line) => format!("{}:{line}: {}", inspection.file, finding.message),
+                    // What says that a file cannot be opened names it.
+                    None if finding.message.starts_with(&inspection.file) => finding.message.to_string(),
                     None => format!("{}: {}", inspection.file, finding.message),
                 })
                 .collect();

@@ -154,7 +154,7 @@ impl Run {
     }
 
     /// Reduces with every correction, or without those that are named; writes only into `out`.
-    #[pyo3(signature = (without, *, out=None, force=false, model=None, accept_drift=None, progress=None))]
+    #[pyo3(signature = (without, *, out=None, force=false, model=None, accept_drift=None))]
     fn _reduce(
         &self,
         py: Python<'_>,
@@ -163,12 +163,11 @@ impl Run {
         force: bool,
         model: Option<PathBuf>,
         accept_drift: Option<String>,
-        progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Reduction> {
         let out = out.map(|out| utf8(py, out)).transpose()?;
         let model = model.map(|model| utf8(py, model)).transpose()?;
         let path = self.path.clone();
-        let (found, files) = on_thread(py, progress, move |_| {
+        let (found, files) = on_thread(py, None, move |_| {
             let request = ReduceRequest {
                 out: out.as_deref(),
                 without: &without,
@@ -176,11 +175,7 @@ impl Run {
                 accept_drift: accept_drift.as_deref(),
                 subject: None,
             };
-            let made = reduce::in_memory(&path, &request)?;
-            if out.is_some() {
-                reduce::run(&path, &request, Overwrite::requested(force))?;
-            }
-            Ok(made)
+            reduce::made(&path, &request, out.is_some().then(|| Overwrite::requested(force)))
         })?;
         Ok(Reduction { found, files })
     }
@@ -267,7 +262,8 @@ impl Reduction {
         spectral.colour.cct.clone().map(Quantity)
     }
 
-    /// Mean irradiance in W/m² of a sensor of the published case by the inverse square law, where a spectrum was taken.
+    /// Mean irradiance in W/m² of a sensor of the published case by the inverse square law, where a spectrum was
+    /// taken.
     #[getter]
     fn sensor_irradiance(&self) -> Option<Quantity> {
         self.found.sensor_irradiance.clone().map(Quantity)

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use isolux_app::files::Overwrite;
-use isolux_app::formats::convert::{self, Interpolation, Options};
+use isolux_app::formats::convert::{Interpolation, Options};
 use isolux_app::formats::inspect::{self, Inspection, Quantities, SpectrumQuantities};
 use isolux_app::formats::{self as files, Content, SpectrumFile};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -12,9 +11,9 @@ use pyo3::prelude::*;
 
 use crate::arrays::view;
 use crate::document::to_python;
-use crate::error::{bad_input, raised};
-use crate::path::utf8;
+use crate::error::bad_input;
 use crate::pictures;
+use crate::write::write;
 
 /// A spectrum: values over wavelengths in nm.
 #[pyclass(frozen, module = "isolux")]
@@ -159,7 +158,6 @@ impl Spectrum {
         step_nm: Option<f64>,
         interpolation: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let target = utf8(py, path)?;
         let how = match interpolation {
             "sprague" => Interpolation::Sprague,
             "linear" => Interpolation::Linear,
@@ -174,10 +172,7 @@ impl Spectrum {
             resample: step_nm.map(|step_nm| (step_nm, how)),
             ..Options::default()
         };
-        let content = self.inspection.content.as_ref();
-        let written = content.map(|content| convert::write(content, &target, &requested, Overwrite::requested(force)));
-        let findings = written.transpose().map_err(|failure| raised(py, failure))?;
-        to_python(py, &findings.unwrap_or_default())
+        write(py, &self.inspection, path, &requested, force)
     }
 
     /// Values over wavelength on a matplotlib axes, made where none is given; returns the axes.
@@ -186,7 +181,7 @@ impl Spectrum {
         slf.py().import("isolux._plots")?.getattr("spectrum")?.call1((slf, ax))
     }
 
-    /// The picture `kind` of the report as SVG: "spectrum", "xy", "uv", "tm30" or "tm30_bins".
+    /// The picture `kind` of the report as SVG: "spectrum", "cie1931", "cie1976", "tm30" or "tm30_bins".
     #[pyo3(signature = (kind="spectrum"))]
     fn svg(&self, kind: &str) -> PyResult<String> {
         pictures::one(self.inspection.content.as_ref(), &self.inspection.file, kind)

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use crate::error::raised;
 
 /// How often signals are looked for.
-const LOOK: Duration = Duration::from_millis(20);
+pub(crate) const LOOK: Duration = Duration::from_millis(20);
 
 /// What a function given as `progress=` gets: the step, units done and in all where they are counted, and a sentence.
 pub(crate) type Step = (String, Option<u64>, Option<u64>, String);

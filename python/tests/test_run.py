@@ -45,17 +45,15 @@ def test_a_reduction_is_that_of_the_program(day, tmp_path):
 
     program("reduce", day, "--without", "drift", "stray", "--out", tmp_path / "less", cwd=tmp_path)
     less = run.reduce(drift=False, stray=False, out=tmp_path / "mine")
-    assert less.without == ["stray", "drift"] or set(less.without) == {"stray", "drift"}
+    assert set(less.without) == {"stray", "drift"}
     for name in ["luminaire.ldt", "budget.json"]:
         expected = (tmp_path / "less" / name).read_bytes()
         assert less.file(name) == expected == (tmp_path / "mine" / name).read_bytes()
     assert less.flux.value != mine.flux.value
     with pytest.raises(isolux.InputError, match="exist"):
         run.reduce(drift=False, out=tmp_path / "mine")
-    # Nothing else was written.
-    assert (day / "results/budget.json").read_text() == json.dumps(written) or json.loads(
-        (day / "results/budget.json").read_text()
-    ) == written
+    # The day's own results are as they were.
+    assert json.loads((day / "results/budget.json").read_text()) == written
 
 
 def test_a_damaged_record_is_refused(day, tmp_path):

@@ -290,7 +290,6 @@ class Run:
         force: bool = False,
         model: Optional[_AnyPath] = None,
         accept_drift: Optional[str] = None,
-        progress: Optional[_Progress] = None,
     ) -> Reduction: ...
 
 def read(

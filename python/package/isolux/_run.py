@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import functools
 from os import PathLike
-from typing import Any, Callable, Optional, Union
+from typing import Any, Optional, Union
 
 import numpy as np
 
 from isolux import _isolux
 from isolux._isolux import Reduction
 from isolux._tables import one_dimensional, structured
-
-Progress = Callable[[str, Optional[int], Optional[int], str], Any]
 
 
 class Run(_isolux.Run):
@@ -70,7 +68,6 @@ class Run(_isolux.Run):
         accept_drift: Optional[str] = None,
         out: Optional[Union[str, "PathLike[str]"]] = None,
         force: bool = False,
-        progress: Optional[Progress] = None,
     ) -> Reduction:
         """Distribution, spectrum and uncertainty budget of the run; each correction can be left out.
 
@@ -101,5 +98,5 @@ class Run(_isolux.Run):
         }
         without = [name for name, applied in corrections.items() if not applied]
         return self._reduce(
-            without, out=out, force=force, model=model, accept_drift=accept_drift, progress=progress
+            without, out=out, force=force, model=model, accept_drift=accept_drift
         )

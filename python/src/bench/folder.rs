@@ -9,8 +9,9 @@ use isolux_app::init::subject::Subject;
 use isolux_app::init::{self, DayPlan, Instruments};
 use pyo3::prelude::*;
 
-use super::{Noted, Notes, utf8};
+use super::{Noted, Notes};
 use crate::error::{bad_input, raised};
+use crate::path::utf8;
 
 /// Writes a station, plan, scene and job to start from into `folder`; the files written.
 #[pyfunction(name = "init")]

@@ -13,7 +13,8 @@ use isolux_app::{Failure, FailureKind};
 use pyo3::prelude::*;
 
 use super::events::{Follower, ScanEvent};
-use super::{LOOK, ScanSummary, ended, forked, raised, unraisable};
+use super::{ScanSummary, ended, forked, raised, unraisable};
+use crate::wait::LOOK;
 
 /// Events that a virtual bench is ahead of whoever iterates: it waits in virtual time, a real one waits for nobody.
 const AHEAD: usize = 1;

@@ -114,19 +114,8 @@ pub struct ReduceRequest<'a> {
 /// that exist. Nothing is written then.
 pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
     let (record, reduction, made, kept) = computed(run, request)?;
-    let folder = request
-        .out
-        .map_or_else(|| results_folder(run, &reduction), Utf8Path::to_owned);
-    for file in &made {
-        files::refuse_existing(&folder.join(&file.name), overwrite)?;
-    }
-    let outdated = outdated(&folder, &made);
-    keep_model(&folder, kept)?;
-    remove_raw(&folder, &made)?;
-    remove_colours(&folder, &made)?;
-    for file in &made {
-        files::write(&folder.join(&file.name), &file.bytes, overwrite)?;
-    }
+    let folder = folder(run, request, &reduction);
+    let outdated = publish(&folder, &made, kept, overwrite)?;
     Ok(Reduced {
         run: record,
         reduction,
@@ -136,17 +125,53 @@ pub fn run(run: &Utf8Path, request: &ReduceRequest<'_>, overwrite: Overwrite) ->
     })
 }
 
-/// Reduces as [`run`] does, and writes nothing: the reduction, and the files that it would be.
+/// Reduces as [`run`] does: the reduction and its files, which are written where `overwrite` says how.
 ///
 /// # Errors
 /// As [`run`].
-pub fn in_memory(run: &Utf8Path, request: &ReduceRequest<'_>) -> Result<(Reduction, Vec<ResultFile>), Failure> {
-    let (_, reduction, made, _) = computed(run, request)?;
+pub fn made(
+    run: &Utf8Path,
+    request: &ReduceRequest<'_>,
+    overwrite: Option<Overwrite>,
+) -> Result<(Reduction, Vec<ResultFile>), Failure> {
+    let (_, reduction, made, kept) = computed(run, request)?;
+    if let Some(overwrite) = overwrite {
+        publish(&folder(run, request, &reduction), &made, kept, overwrite)?;
+    }
     Ok((reduction, made))
 }
 
+fn folder(run: &Utf8Path, request: &ReduceRequest<'_>, reduction: &Reduction) -> Utf8PathBuf {
+    request
+        .out
+        .map_or_else(|| results_folder(run, reduction), Utf8Path::to_owned)
+}
+
+/// Writes the files of a reduction; the reports beside them that are of other results.
+fn publish(
+    folder: &Utf8Path,
+    made: &[ResultFile],
+    kept: Option<KeptModel>,
+    overwrite: Overwrite,
+) -> Result<Vec<&'static str>, Failure> {
+    for file in made {
+        files::refuse_existing(&folder.join(&file.name), overwrite)?;
+    }
+    let outdated = outdated(folder, made);
+    keep_model(folder, kept)?;
+    remove_raw(folder, made)?;
+    remove_colours(folder, made)?;
+    for file in made {
+        files::write(&folder.join(&file.name), &file.bytes, overwrite)?;
+    }
+    Ok(outdated)
+}
+
+/// The files of the model that was given, by name.
+type KeptModel = Vec<(String, Vec<u8>)>;
+
 /// The run, what it says, its files, and the files of the model that was given.
-type Computed = (Run, Reduction, Vec<ResultFile>, Option<Vec<(String, Vec<u8>)>>);
+type Computed = (Run, Reduction, Vec<ResultFile>, Option<KeptModel>);
 
 fn computed(run: &Utf8Path, request: &ReduceRequest<'_>) -> Result<Computed, Failure> {
     let without = request
@@ -172,7 +197,7 @@ fn computed(run: &Utf8Path, request: &ReduceRequest<'_>) -> Result<Computed, Fai
 
 /// The reports in a folder whose results are about to become others; provenance.json names the program too, which is no
 /// result.
-fn outdated(folder: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Vec<&'static str> {
+fn outdated(folder: &Utf8Path, made: &[ResultFile]) -> Vec<&'static str> {
     let others = made
         .iter()
         .filter(|file| !file.name.starts_with("provenance"))

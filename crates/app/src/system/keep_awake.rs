@@ -74,6 +74,7 @@ fn ask() -> Result<mpsc::Sender<()>, String> {
 #[cfg(target_os = "linux")]
 fn request() -> Request {
     use std::io::{BufRead, BufReader};
+    use std::os::unix::process::CommandExt;
     use std::process::{Command, Stdio};
 
     let mut child = Command::new("systemd-inhibit")
@@ -86,6 +87,8 @@ fn request() -> Request {
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
+        // Not in the group of the terminal: Ctrl-C stops the axes first, and the computer is awake meanwhile.
+        .process_group(0)
         .spawn()
         .map_err(|error| format!("systemd-inhibit: {error}"))?;
     let mut line = String::new();

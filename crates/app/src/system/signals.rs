@@ -1,5 +1,5 @@
-//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed; on Windows
-//! Ctrl-C, Ctrl-Break, and what is sent before a window is closed or a session ends. Here alone.
+//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed; on
+//! Windows Ctrl-C, Ctrl-Break, and what is sent before a window is closed or a session ends. Here alone.
 //!
 //! While something runs that has axes to stop, a signal is its affair ([`OnSignals`]). At all other times the program
 //! ends at once, for every file is written completely or not at all.

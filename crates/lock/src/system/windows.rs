@@ -1,7 +1,7 @@
 //! A file that is open for writing and lets nobody else write.
 //!
-//! The lock of Windows on the bytes of a file (`LockFileEx`) would keep everybody from reading who holds it. A file that
-//! is opened without sharing its writing does not: others read it, and who opens it to write is refused
+//! The lock of Windows on the bytes of a file (`LockFileEx`) would keep everybody from reading who holds it. A file
+//! that is opened without sharing its writing does not: others read it, and who opens it to write is refused
 //! (ERROR_SHARING_VIOLATION) until the process has ended, however it ended. Its deletion is shared, so that it can be
 //! replaced under its holder.
 

@@ -47,8 +47,9 @@ pub fn rated_colour(reduction: &Reduction, run: &Run) -> Option<RatedColour> {
     Some(RatedColour { steps, with, of_all })
 }
 
-/// Distance of a measured chromaticity from (u′, v′) in steps of 0.0011 (CIE TN 001). u′ and v′ share their causes, and whether these move both to or from the rated
-/// colour is not kept: of every cause both are taken to move it the same way, which is never too little.
+/// Distance of a measured chromaticity from (u′, v′) in steps of 0.0011 (CIE TN 001). u′ and v′ share their causes, and
+/// whether these move both to or from the rated colour is not kept: of every cause both are taken to move it the same
+/// way, which is never too little.
 pub fn steps_from(u_prime: &Quantity, v_prime: &Quantity, (u, v): (f64, f64)) -> Quantity {
     let (du, dv) = (u_prime.value - u, v_prime.value - v);
     let distance = du.hypot(dv);

@@ -183,3 +183,32 @@ fn finish(setup: &Setup, map: &mut Array<f64>) {
         *map = blur::gaussian(map, setup.sensor.nx, setup.sensor.ny, setup.blur_px).into();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use camino::Utf8Path;
+    use isolux_model::{Emitter, Luminaire, Model, Spectral};
+    use isolux_photometry::IntensityDistribution;
+
+    use super::*;
+
+    #[test]
+    fn what_is_asked_to_stop_has_no_result_and_traces_no_ray() {
+        let even = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![1.0; 2]).unwrap();
+        let model = Model::of(Luminaire::new(even, Emitter::Point {}, Spectral::None));
+        let text = "format = \"isolux-scene/1\"\n[sensor]\nsize_mm = 10.0\npixels = 8\ndistance_mm = 500.0\n";
+        let scene = Scene::parse_with(Utf8Path::new("scene.toml"), text, &model).unwrap();
+        let stop = Stop::default();
+        assert!(exact(&scene, Method::Inverse, &|| 0.0, &stop).is_ok());
+        stop.request();
+        let direct = |sampling| Method::Direct {
+            sampling,
+            rays: 1_000_000_000_000,
+            seed: 1,
+        };
+        for method in [Method::Inverse, direct(Sampling::Traced), direct(Sampling::Thinned)] {
+            let ended = exact(&scene, method, &|| 0.0, &stop);
+            assert_eq!(ended.unwrap_err(), SimulationError::Stopped, "{method:?}");
+        }
+    }
+}

@@ -53,7 +53,8 @@ pub(crate) fn probe(path: &str) -> io::Result<()> {
 pub(crate) fn advice(kind: io::ErrorKind) -> Option<&'static str> {
     match kind {
         io::ErrorKind::PermissionDenied => Some(
-            "this account may not use the port: join its group (Debian: sudo usermod -aG dialout $USER), then log in again",
+            "this account may not use the port: join its group (Debian: sudo usermod -aG dialout $USER), then log in \
+             again",
         ),
         io::ErrorKind::NotFound => Some("no such port: `isolux devices` lists those found; check cable and power"),
         io::ErrorKind::ResourceBusy => {

@@ -68,7 +68,8 @@ pub(crate) fn advice(kind: io::ErrorKind) -> Option<&'static str> {
              adapter's driver",
         ),
         io::ErrorKind::ResourceBusy => Some(
-            "close the program that uses it (isolux: press Ctrl-C in its window, which stops the axes), then start again",
+            "close the program that uses it (isolux: press Ctrl-C in its window, which stops the axes), then start \
+             again",
         ),
         _ => None,
     }
