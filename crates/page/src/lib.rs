@@ -123,7 +123,7 @@ impl Page {
 
     /// Opens the page in the browser of the desktop; whether one was started.
     pub fn open(&self) -> bool {
-        opener::open_browser(&self.url).is_ok()
+        open::that_detached(&self.url).is_ok()
     }
 
     /// Carries out a scan that this page shows and commands, under `control`.

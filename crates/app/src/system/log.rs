@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::sync::{Mutex, PoisonError};
 
 use camino::Utf8Path;
-use tracing_subscriber::filter::EnvFilter;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::{Layer, SubscriberExt};
 use tracing_subscriber::util::{SubscriberInitExt, TryInitError};
 
@@ -36,7 +36,7 @@ pub fn begin(verbosity: u8, directives: Option<&str>) -> Result<(), Failure> {
         (None, _) => level("trace"),
     };
     let filter = |text: &str| {
-        EnvFilter::try_new(text).map_err(|error| {
+        text.parse::<Targets>().map_err(|error| {
             Failure::bad_input(format!("{VARIABLE}={text}: {error}"))
                 .help("for example ISOLUX_LOG=debug, ISOLUX_LOG=trace or ISOLUX_LOG=isolux_transport=trace")
         })
