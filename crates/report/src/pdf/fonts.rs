@@ -64,10 +64,9 @@ impl Fonts {
             Item::Picture { svg, .. } => Some(svg),
             Item::Box { .. } => None,
         });
-        texts
-            .flat_map(|text| text.chars())
-            .filter(|letter| !letter.is_control() && !self.has(*letter))
-            .collect()
+        let mut letters: BTreeSet<char> = texts.flat_map(|text| text.chars()).collect();
+        letters.retain(|letter| !letter.is_control() && !self.has(*letter));
+        letters
     }
 
     fn has(&self, letter: char) -> bool {
