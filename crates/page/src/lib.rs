@@ -121,9 +121,12 @@ impl Page {
         &self.url
     }
 
-    /// Opens the page in the browser of the desktop; whether one was started.
+    /// Opens the page in the browser that `BROWSER` names or in that of the desktop; whether one was started.
     pub fn open(&self) -> bool {
-        open::that_detached(&self.url).is_ok()
+        match std::env::var("BROWSER") {
+            Ok(browser) if !browser.is_empty() => open::with_detached(&self.url, browser).is_ok(),
+            _ => open::that_detached(&self.url).is_ok(),
+        }
     }
 
     /// Carries out a scan that this page shows and commands, under `control`.
