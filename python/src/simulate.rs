@@ -30,7 +30,8 @@ pub(crate) struct Simulation {
 /// The light of `luminaire` (a scene, model, run folder or photometric file, or a `Distribution`) on a sensor.
 #[pyfunction]
 #[pyo3(signature = (luminaire, *, distance_mm=None, sensor_mm=None, pixels=None, spectrum=None, emitter=None,
-    accuracy=None, method="inverse", sampling=None, rays=None, seed=None, luminous_area=false, changes=None, progress=None))]
+    accuracy=None, method="inverse", sampling=None, rays=None, seed=None, luminous_area=false,
+    changes=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords")]
 pub(crate) fn simulate(
     py: Python<'_>,

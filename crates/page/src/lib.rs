@@ -123,10 +123,9 @@ impl Page {
 
     /// Opens the page in the browser that `BROWSER` names or in that of the desktop; whether one was started.
     pub fn open(&self) -> bool {
-        match std::env::var("BROWSER") {
-            Ok(browser) if !browser.is_empty() => open::with_detached(&self.url, browser).is_ok(),
-            _ => open::that_detached(&self.url).is_ok(),
-        }
+        // A list of browsers is no program: the desktop reads it then.
+        let named = std::env::var("BROWSER").is_ok_and(|browser| open::with_detached(&self.url, browser).is_ok());
+        named || open::that_detached(&self.url).is_ok()
     }
 
     /// Carries out a scan that this page shows and commands, under `control`.

@@ -40,7 +40,8 @@ pub enum UsbAccess {
 }
 
 /// The USB devices of this computer, sorted by id: on Linux by its kernel (`/sys/bus/usb/devices`), elsewhere by
-/// libusb, which knows neither names nor serial numbers of devices that are not asked. Empty where the system has no USB.
+/// libusb, which knows neither names nor serial numbers of devices that are not asked. Empty where the system has no
+/// USB.
 pub fn usb_devices() -> Vec<UsbDevice> {
     if cfg!(target_os = "linux") {
         devices_below(Path::new("/sys/bus/usb/devices"), Path::new("/dev/bus/usb"))
