@@ -4,7 +4,7 @@
 set -euo pipefail
 # mbpoll and Python packages (tests/peers/python.sh) speak Modbus (tests/modbus) and SCPI (tests/scpi) with us;
 # chromium, driven from node, looks at the local page (tests/browser); umockdev shows libusb the twins of USB instruments (tests/usb);
-# minisign checks signatures of runs and makes some (crates/cli/tests/verify.rs).
+# minisign checks signatures of runs and makes some (crates/cli/tests/suite/verify.rs).
 needed=(gcc:gcc pkg-config:pkg-config mbpoll:mbpoll python3:python3 node:nodejs npm:npm chromium:chromium minisign:minisign)
 missing=()
 for entry in "${needed[@]}"; do

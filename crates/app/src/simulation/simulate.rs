@@ -324,7 +324,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = Utf8Path::from_path(folder.path()).unwrap();
         assert_eq!(earlier_result(path).unwrap_err().kind, crate::FailureKind::BadInput);
-        // A whole one is read in tests/results_are_types.rs.
+        // A whole one is read in tests/suite/results_are_types.rs.
         std::fs::write(path.join("result.json"), r#"{"unit": "lx", "mean": 2.0}"#).unwrap();
         let failure = earlier_result(path).unwrap_err();
         assert!(failure.message.contains("result.json: missing field"), "{failure}");

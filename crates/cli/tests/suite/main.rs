@@ -1,0 +1,24 @@
+//! The program as a person has it: by its commands, files, exit codes and page. One test program, so that the tests
+//! that wait for instruments run beside those that compute.
+
+mod acceptance;
+mod attacks;
+mod bench;
+mod book;
+mod broken_off;
+mod browser;
+mod darkroom_loop;
+mod day;
+mod electrical;
+mod flicker;
+mod folder;
+mod impossible_jobs;
+mod inspect;
+mod investigate;
+mod kills;
+mod output;
+mod plan_for_sensor;
+mod rated_day;
+mod simulate;
+mod twin_faults;
+mod verify;
