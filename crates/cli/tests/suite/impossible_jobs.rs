@@ -1,6 +1,5 @@
 //! A job of which something cannot be: refused with its place before anything moves, and nothing is written.
 
-#[allow(dead_code, reason = "a part of it is for other tests")]
 use crate::folder::Folder;
 
 const PLAN: &str = r#"format = "isolux-plan/1"
