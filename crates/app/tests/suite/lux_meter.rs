@@ -283,7 +283,8 @@ fn a_curve_that_is_wrong_within_its_u_moves_the_flux_within_its_part() {
 }
 
 /// Rooms with other heads and lamps, errors drawn within what is stated: how often the flux lies within U.
-/// `ISOLUX_ROOMS=60 cargo test -p isolux-app --test suite lux_meter -- --ignored --nocapture` for the figures of the book.
+/// `ISOLUX_ROOMS=60 cargo test -p isolux-app --test suite lux_meter -- --ignored --nocapture` for the figures of the
+/// book.
 #[test]
 #[ignore = "some seconds for each of many rooms"]
 fn with_the_curve_of_its_head_the_flux_lies_within_u() {

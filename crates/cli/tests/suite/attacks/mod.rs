@@ -2,7 +2,7 @@
 //! against them, and each file here disturbs it in one way. Whatever happens: no wrong row, no row twice, and the axes
 //! rest.
 //!
-//!     cargo test -p isolux --test suite attacks                                            # short, as in CI
+//!     cargo test -p isolux --test suite attacks              # short, as in CI
 //!     ISOLUX_ATTACK_ROUNDS=50 ISOLUX_ATTACK_SEED=7 cargo test -p isolux --test suite attacks -- --nocapture
 //!
 //! `ISOLUX_TEST_DIR` keeps the folders.

@@ -1,7 +1,7 @@
 //! The process is stopped (SIGSTOP, as when a computer sleeps) at any moment of a scan, for longer than any
 //! instrument's deadline. It is noticed and said, nobody is blamed, and the record is that of an undisturbed scan.
 //!
-//!     ISOLUX_ATTACK_ROUNDS=50 cargo test -p isolux --test suite attacks::sleeps -- --nocapture     # 1 s to 120 s, 13 min
+//!     ISOLUX_ATTACK_ROUNDS=50 cargo test -p isolux --test suite attacks::sleeps -- --nocapture # 1 s to 120 s, 13 min
 
 use std::time::Duration;
 
