@@ -7,6 +7,7 @@ use std::process::{Child, Command, Output, Stdio};
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
+    #[allow(dead_code, reason = "not every test that has this module is content with a disk")]
     pub fn new() -> Self {
         Self::below(std::env::temp_dir())
     }
@@ -38,6 +39,7 @@ impl Folder {
         std::fs::write(path, text).unwrap();
     }
 
+    #[allow(dead_code, reason = "not every test that has this module reads documents")]
     pub fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_str(&self.read(name)).unwrap()
     }

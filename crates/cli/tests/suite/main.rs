@@ -2,7 +2,6 @@
 //! that wait for instruments run beside those that compute.
 
 mod acceptance;
-mod attacks;
 mod bench;
 mod book;
 mod broken_off;

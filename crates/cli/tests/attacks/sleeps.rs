@@ -1,20 +1,19 @@
 //! The process is stopped (SIGSTOP, as when a computer sleeps) at any moment of a scan, for longer than any
 //! instrument's deadline. It is noticed and said, nobody is blamed, and the record is that of an undisturbed scan.
 //!
-//!     ISOLUX_ATTACK_ROUNDS=50 cargo test -p isolux --test suite attacks::sleeps -- --nocapture # 1 s to 120 s, 13 min
+//!     ISOLUX_ATTACK_ROUNDS=50 cargo test -p isolux --test attacks sleeps -- --nocapture     # 1 s to 120 s, 13 min
 
 use std::time::Duration;
 
 use rand::RngExt as _;
 
-use crate::attacks::support::{Bench, moment, random, rounds, side_by_side, signal};
 use crate::folder::stated;
+use crate::support::{Bench, moment, random, rounds, side_by_side, signal};
 
 /// Stops of the short version, in seconds: below and above the 15 s that a lux meter has for a reading.
 const SHORT: [f64; 4] = [1.0, 4.0, 16.5, 20.0];
 
-#[test]
-fn stopped_at_any_moment_it_goes_on_and_blames_nobody() {
+pub fn stopped_at_any_moment_it_goes_on_and_blames_nobody() {
     let count = rounds(SHORT.len() as u64);
     let noticed = side_by_side(count, |round| one_round(round, count));
     assert!(

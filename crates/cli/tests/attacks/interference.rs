@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use rand::RngExt as _;
 
-use crate::attacks::support::{Bench, moment, random, rounds, side_by_side};
 use crate::folder::stated;
+use crate::support::{Bench, moment, random, rounds, side_by_side};
 
 /// One half-plane of a lamp that is the same all around, and what the corrections need.
 const PLAN: &str = r#"format = "isolux-plan/1"
@@ -43,8 +43,7 @@ const HANDS: [&str; 9] = [
     "1 0 io set do 3 1",
 ];
 
-#[test]
-fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
+pub fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
     side_by_side(rounds(2), |round| {
         one_round(round);
         1

@@ -9,8 +9,8 @@
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use crate::attacks::support::{Bench, LONG_PLAN, ended, moment, random, rounds, signal, wait_until};
 use crate::folder::stated;
+use crate::support::{Bench, LONG_PLAN, ended, moment, random, rounds, signal, wait_until};
 
 /// The axes of this station creep: a whole turn takes minutes, so that a stop meets them far from where they were sent.
 fn slow(bench: &Bench) {
@@ -46,8 +46,7 @@ fn assert_stopped_short(bench: &Bench) {
     assert!(count * 3.0 / 12_800.0 < 200.0, "{answer}");
 }
 
-#[test]
-fn nobody_else_gets_at_a_bench_that_is_scanned() {
+pub fn nobody_else_gets_at_a_bench_that_is_scanned() {
     for round in 0..rounds(1) {
         let mut random = random(round);
         let bench = Bench::new();
@@ -93,8 +92,7 @@ fn nobody_else_gets_at_a_bench_that_is_scanned() {
     }
 }
 
-#[test]
-fn of_two_scans_that_begin_at_once_no_row_is_wrong() {
+pub fn of_two_scans_that_begin_at_once_no_row_is_wrong() {
     for round in 0..rounds(1) {
         let mut random = random(1000 + round);
         let bench = Bench::new();
@@ -116,8 +114,7 @@ fn of_two_scans_that_begin_at_once_no_row_is_wrong() {
     }
 }
 
-#[test]
-fn stop_ends_a_scan_that_works_and_the_scan_says_so() {
+pub fn stop_ends_a_scan_that_works_and_the_scan_says_so() {
     let bench = Bench::new();
     bench.write("plan.toml", LONG_PLAN);
     for how in ["--out", "--resume"] {
@@ -135,8 +132,7 @@ fn stop_ends_a_scan_that_works_and_the_scan_says_so() {
     }
 }
 
-#[test]
-fn stop_gets_through_while_its_owner_is_suspended_and_the_owner_drives_no_more() {
+pub fn stop_gets_through_while_its_owner_is_suspended_and_the_owner_drives_no_more() {
     let bench = Bench::new();
     let mover = long_move(&bench);
     signal(&mover, "STOP");
@@ -156,8 +152,7 @@ fn stop_gets_through_while_its_owner_is_suspended_and_the_owner_drives_no_more()
     bench.isolux(&["read", "station.toml"], 0);
 }
 
-#[test]
-fn stop_gets_through_after_its_owner_was_killed() {
+pub fn stop_gets_through_after_its_owner_was_killed() {
     let bench = Bench::new();
     let mut mover = long_move(&bench);
     signal(&mover, "KILL");
@@ -170,8 +165,7 @@ fn stop_gets_through_after_its_owner_was_killed() {
     assert_stopped_short(&bench);
 }
 
-#[test]
-fn a_scan_that_hangs_is_taken_over_with_a_reason_and_writes_nothing_more() {
+pub fn a_scan_that_hangs_is_taken_over_with_a_reason_and_writes_nothing_more() {
     let bench = Bench::new();
     let hung = bench.scan("--out", "run");
     bench.wait_for_rows("run", 2);

@@ -10,8 +10,8 @@ use std::process::Output;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-use crate::attacks::support::{random, rounds};
 use crate::folder::Folder;
+use crate::support::{random, rounds};
 
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
@@ -153,8 +153,7 @@ enum Verdict {
     Refused,
 }
 
-#[test]
-fn a_damaged_record_is_refused_or_gives_the_same_numbers() {
+pub fn a_damaged_record_is_refused_or_gives_the_same_numbers() {
     let days = Days::new();
     // Pages that nobody computes from, and what `report` makes again or marks as not of this day.
     let not_read = ["results/report.html", "results/irradiance", "results/diagnosis/"];
@@ -187,8 +186,7 @@ fn a_damaged_record_is_refused_or_gives_the_same_numbers() {
 }
 
 /// The damages that gave a wrong number with exit code 0 before there were hashes.
-#[test]
-fn rows_and_pixels_that_are_lost_are_named_and_can_be_read_again() {
+pub fn rows_and_pixels_that_are_lost_are_named_and_can_be_read_again() {
     let days = Days::new();
     for (file, kept) in [("readings.csv", 60), ("spectra/000.csv", 700)] {
         days.restore();

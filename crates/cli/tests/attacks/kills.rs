@@ -5,14 +5,13 @@ use std::time::Duration;
 
 use rand::RngExt as _;
 
-use crate::attacks::support::{Bench, LONG_PLAN, ended, hear_hangups, moment, random, rounds, signal, wait_until};
 use crate::folder::stated;
+use crate::support::{Bench, LONG_PLAN, ended, hear_hangups, moment, random, rounds, signal, wait_until};
 
 /// Signals that the program can answer.
 const ASKED: [&str; 4] = ["TERM", "HUP", "QUIT", "INT"];
 
-#[test]
-fn every_signal_stops_the_axes_and_says_so_in_the_record() {
+pub fn every_signal_stops_the_axes_and_says_so_in_the_record() {
     hear_hangups();
     let bench = Bench::new();
     bench.write("plan.toml", LONG_PLAN);
@@ -37,8 +36,7 @@ fn every_signal_stops_the_axes_and_says_so_in_the_record() {
     }
 }
 
-#[test]
-fn a_hangup_that_is_ignored_stays_so() {
+pub fn a_hangup_that_is_ignored_stays_so() {
     let bench = Bench::new();
     // What nohup does.
     let program = env!("CARGO_BIN_EXE_isolux");
@@ -53,8 +51,7 @@ fn a_hangup_that_is_ignored_stays_so() {
     bench.assert_complete("run");
 }
 
-#[test]
-fn killed_again_and_again_it_comes_to_its_end() {
+pub fn killed_again_and_again_it_comes_to_its_end() {
     hear_hangups();
     for round in 0..rounds(1) {
         let mut random = random(2000 + round);

@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use crate::attacks::support::{Bench, moment, random, rounds, signal, wait_until};
 use crate::folder::stated;
+use crate::support::{Bench, moment, random, rounds, signal, wait_until};
 
 /// Seven sweeps of eight half-planes at 30 °/s, and ten directions at rest: a minute in real time.
 const PLAN: &str = r#"format = "isolux-plan/1"
@@ -63,8 +63,7 @@ fn flux_lm(bench: &Bench, run: &str) -> (f64, f64) {
     (number("value"), 2.0 * number("u_of_parts"))
 }
 
-#[test]
-fn killed_in_a_sweep_at_most_that_sweep_is_made_again() {
+pub fn killed_in_a_sweep_at_most_that_sweep_is_made_again() {
     for round in 0..rounds(1) {
         let mut random = random(3000 + round);
         let bench = bench();
