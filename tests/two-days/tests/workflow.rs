@@ -25,6 +25,7 @@ fn order(kind: Kind, fault: Option<(&str, f64)>, day: u64) -> Order {
 fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
     let orders = [
         order(Kind::Readings, None, 1),
+        order(Kind::Readings, None, 2),
         order(Kind::Readings, Some(("gamma_zero", 30.0)), 3),
         order(Kind::Maps, Some(("exposure_offset", 10.0)), 4),
         order(Kind::Maps, Some(("quantization", 30.0)), 5),

@@ -22,7 +22,7 @@ use isolux_reduce::{MonteCarlo, Options, OverAngle, Quantity, Reduction};
 use isolux_spectrum::{Chromaticity, Spectrum, quantities};
 
 /// Days that every test run plays.
-const SHORT: u64 = 20;
+const SHORT: u64 = 30;
 const DISTANCE_MM: f64 = 3700.0;
 
 /// SplitMix64.
