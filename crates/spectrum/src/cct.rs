@@ -1,9 +1,8 @@
 //! Correlated colour temperature and distance from the Planckian locus.
 
-use std::sync::OnceLock;
-
-use crate::illuminant::{planck_and_change, planckian_chromaticity};
-use crate::{Chromaticity, Spectrum, Tristimulus};
+use crate::illuminant::planckian_chromaticity;
+use crate::locus::{OnLocus, locus};
+use crate::{Chromaticity, Spectrum};
 
 /// Correlated colour temperature and Duv.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,9 +23,6 @@ impl Cct {
 /// Beyond this distance CIE 15 (9.5) holds a correlated colour temperature to be without meaning.
 pub const FARTHEST_MEANINGFUL_DUV: f64 = 0.05;
 
-const LOWEST_K: f64 = 1000.0;
-const HIGHEST_K: f64 = 100_000.0;
-
 /// Steps of the search at most; nearly always it needs six.
 const MOST_STEPS: usize = 60;
 /// It ends with a step that is smaller than this share of the reciprocal temperature.
@@ -38,19 +34,12 @@ const PRECISION_REL: f64 = 1e-12;
 /// error of up to 1 K. None where the nearest point is an end of 1000–100 000 K.
 pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
     let (u, v) = colour.uv_1960();
-    let table = locus();
-    let (best, _) = table
-        .iter()
-        .map(|at| (u - at.u).hypot(v - at.v))
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
-    if best == 0 || best + 1 == table.len() {
-        return None;
-    }
+    let locus = locus();
+    let (before, after) = locus.around_nearest(u, v)?;
     // In reciprocal temperature the locus is nearly even. Where it is nearest, the way there stands upright on it: the
     // root of the slope, by false position (Illinois).
     let slope = |at: &OnLocus| (at.u - u) * at.du + (at.v - v) * at.dv;
-    let (mut a, mut b) = (table[best - 1], table[best + 1]);
+    let (mut a, mut b) = (before, after);
     let (from, to) = (a.mired, b.mired);
     let (mut fa, mut fb) = (slope(&a), slope(&b));
     for _ in 0..MOST_STEPS {
@@ -58,7 +47,7 @@ pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
         if next.is_nan() {
             break;
         }
-        let next = OnLocus::at(next)?;
+        let next = locus.at(next);
         let f = slope(&next);
         if (f > 0.0) == (fb > 0.0) {
             fa *= 0.5;
@@ -75,34 +64,6 @@ pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
         cct_k: 1e6 / b.mired,
         duv: (u - b.u).hypot(v - b.v).copysign(v - b.v),
     })
-}
-
-/// A point (u, v) of the Planckian locus, and its change for one mired.
-#[derive(Debug, Clone, Copy)]
-struct OnLocus {
-    mired: f64,
-    u: f64,
-    v: f64,
-    du: f64,
-    dv: f64,
-}
-
-impl OnLocus {
-    /// None where the radiator has no light.
-    fn at(mired: f64) -> Option<Self> {
-        let (light, change) = planck_and_change(mired);
-        let (here, by) = (Tristimulus::of_1_nm(&light), Tristimulus::of_1_nm(&change));
-        let sum = |t: &Tristimulus| t.x + 15.0 * t.y + 3.0 * t.z;
-        let (whole, grows) = (sum(&here), sum(&by));
-        let (u, v) = (4.0 * here.x / whole, 6.0 * here.y / whole);
-        (whole > 0.0).then_some(Self {
-            mired,
-            u,
-            v,
-            du: (4.0 * by.x - u * grows) / whole,
-            dv: (6.0 * by.y - v * grows) / whole,
-        })
-    }
 }
 
 /// A point `duv` from the Planckian locus, along the normal at `temperature_k`: for iso-temperature lines.
@@ -126,18 +87,6 @@ impl Spectrum {
     pub fn cct(&self) -> Option<Cct> {
         self.nearest_planckian().and_then(Cct::meaningful)
     }
-}
-
-/// The locus every 5 mired.
-fn locus() -> &'static [OnLocus] {
-    static LOCUS: OnceLock<Vec<OnLocus>> = OnceLock::new();
-    LOCUS.get_or_init(|| {
-        let (from, to) = (1e6 / HIGHEST_K, 1e6 / LOWEST_K);
-        let n = ((to - from) / 5.0).round() as usize;
-        (0..=n)
-            .filter_map(|i| OnLocus::at(from + (to - from) * i as f64 / n as f64))
-            .collect()
-    })
 }
 
 #[cfg(test)]

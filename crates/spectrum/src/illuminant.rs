@@ -4,7 +4,7 @@ use crate::tables::{DAYLIGHT_S0, DAYLIGHT_S1, DAYLIGHT_S2};
 use crate::{Chromaticity, Spectrum, Tristimulus, cie};
 
 /// Second radiation constant in m·K as ITS-90 and CIE 15 have it.
-const C2_M_K: f64 = 1.4388e-2;
+pub(crate) const C2_M_K: f64 = 1.4388e-2;
 
 /// 360, 361, … 830 nm.
 pub(crate) fn wavelengths_nm() -> impl Iterator<Item = f64> {
@@ -20,24 +20,6 @@ pub fn planck(temperature_k: f64) -> [f64; 471] {
         *o = radiance(nm) / norm;
     }
     out
-}
-
-/// Planckian radiator at the reciprocal temperature `mired` (10⁶/T), 1 at 560 nm, and by how much its values change for
-/// one mired while that scale stays.
-pub(crate) fn planck_and_change(mired: f64) -> ([f64; 471], [f64; 471]) {
-    let (mut light, mut change) = ([0.0; 471], [0.0; 471]);
-    let radiance = |nm: f64| {
-        let exponent = C2_M_K * mired / (nm * 1e-3);
-        let less_one = exponent.exp_m1();
-        let radiance = nm.powi(-5) / less_one;
-        (radiance, -radiance * exponent / mired * (1.0 + 1.0 / less_one))
-    };
-    let norm = radiance(560.0).0;
-    for ((light, change), nm) in light.iter_mut().zip(&mut change).zip(wavelengths_nm()) {
-        let (of, by) = radiance(nm);
-        (*light, *change) = (of / norm, by / norm);
-    }
-    (light, change)
 }
 
 /// CIE daylight of a correlated colour temperature of 4000–25 000 K (CIE 15:2018, 4.1.2), the components linear between

@@ -10,6 +10,7 @@ pub mod cie;
 mod colour;
 pub mod fidelity;
 pub mod illuminant;
+mod locus;
 pub mod meter;
 mod per_nm;
 mod quantities;
