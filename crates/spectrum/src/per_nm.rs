@@ -17,19 +17,31 @@ const NANOMETRES: usize = TABLE + 1;
 /// nanometres: ∫ Π S·hat dλ with the triangle "hat" of ±1 nm about each. In a nanometre where no factor has a
 /// point, half of the product at each end.
 pub(crate) fn per_nm(factors: &[&Spectrum]) -> [f64; TABLE] {
-    let parts: Vec<Option<[f64; 2]>> = (0..NANOMETRES).map(|i| exact(factors, from(i))).collect();
+    // The first point of each factor that is not below the wavelength at hand: all go up together.
+    let mut above = vec![0; factors.len()];
+    let mut halves = [0.0; NANOMETRES];
+    let mut parts = [None; NANOMETRES];
+    for i in 0..NANOMETRES {
+        let mut product = 1.0;
+        for (spectrum, above) in factors.iter().zip(&mut above) {
+            let nm = &spectrum.wavelength_nm()[*above..];
+            *above += nm.iter().take_while(|nm| **nm < from(i)).count();
+            product *= spectrum.at_nm_from(*above, from(i));
+        }
+        halves[i] = 0.5 * product;
+        parts[i] = exact(factors, &above, from(i));
+    }
     let outside = |i: usize| {
         let overlaps = |s: &&Spectrum| s.first_nm() < from(i) + 1.0 && s.last_nm() > from(i);
         !factors.iter().all(overlaps)
     };
     std::array::from_fn(|k| {
         let (below, above) = (k, k + 1);
-        let half = 0.5 * factors.iter().map(|s| s.at_nm(from(above))).product::<f64>();
         // Where data end at a whole nanometre the rule at 1 nm counts half a nanometre beyond; exact integrals do not.
         let end = |part: Option<[f64; 2]>, i: usize, side: usize, inner: usize| match part {
             Some(part) => part[side],
             None if outside(i) && parts[inner].is_some() => 0.0,
-            None => half,
+            None => halves[above],
         };
         end(parts[below], below, 1, above) + end(parts[above], above, 0, below)
     })
@@ -41,22 +53,21 @@ fn from(i: usize) -> f64 {
 }
 
 /// ∫ Π S·(1 − t) and ∫ Π S·t over the nanometre that begins at `from_nm`, t = 0…1 across it; none where no
-/// factor has a point strictly inside.
-fn exact(factors: &[&Spectrum], from_nm: f64) -> Option<[f64; 2]> {
+/// factor has a point strictly inside. `first` is the first point of each factor that is not below `from_nm`.
+fn exact(factors: &[&Spectrum], first: &[usize], from_nm: f64) -> Option<[f64; 2]> {
     let to_nm = from_nm + 1.0;
-    let mut bends: Vec<f64> = factors
-        .iter()
-        .flat_map(|s| {
-            let nm = s.wavelength_nm();
-            &nm[nm.partition_point(|w| *w <= from_nm)..nm.partition_point(|w| *w < to_nm)]
-        })
-        .copied()
-        .collect();
+    let points = |k: usize| {
+        let nm = &factors[k].wavelength_nm()[first[k]..];
+        &nm[..nm.iter().take_while(|nm| **nm < to_nm).count()]
+    };
+    let inside = |k: usize| points(k).iter().copied().filter(|nm| *nm > from_nm);
+    let mut bends: Vec<f64> = (0..factors.len()).flat_map(inside).collect();
     if bends.is_empty() {
         return None;
     }
     bends.extend([from_nm, to_nm]);
     bends.sort_by(f64::total_cmp);
+    let points: Vec<&[f64]> = (0..factors.len()).map(points).collect();
     let mut sums = [0.0; 2];
     for piece in bends.windows(2) {
         let (a, b) = (piece[0], piece[1]);
@@ -65,7 +76,10 @@ fn exact(factors: &[&Spectrum], from_nm: f64) -> Option<[f64; 2]> {
             continue;
         }
         // At most two lines times the hat's: Simpson's rule is exact for a cubic.
-        let product = |nm: f64| factors.iter().map(|s| s.at_nm(nm)).product::<f64>();
+        let product = |nm: f64| {
+            let at = |k: usize| factors[k].at_nm_from(first[k] + points[k].partition_point(|w| *w < nm), nm);
+            (0..factors.len()).map(at).product::<f64>()
+        };
         let middle = 0.5 * (a + b);
         for (nm, weight) in [(a, 1.0), (middle, 4.0), (b, 1.0)] {
             let share = (b - a) / 6.0 * weight * product(nm);

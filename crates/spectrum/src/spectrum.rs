@@ -93,7 +93,14 @@ impl Spectrum {
 
     /// The value at a wavelength: linear between the points, zero outside the first and the last.
     pub fn at_nm(&self, wavelength_nm: f64) -> f64 {
-        let above = self.wavelength_nm.partition_point(|&w| w < wavelength_nm);
+        self.at_nm_from(
+            self.wavelength_nm.partition_point(|&w| w < wavelength_nm),
+            wavelength_nm,
+        )
+    }
+
+    /// The value at a wavelength, with the first point that is not below it.
+    pub(crate) fn at_nm_from(&self, above: usize, wavelength_nm: f64) -> f64 {
         match (above.checked_sub(1), self.wavelength_nm.get(above)) {
             (_, Some(&w)) if w == wavelength_nm => self.value[above],
             (Some(below), Some(&w)) => {
