@@ -61,8 +61,8 @@ impl<'a> Dictionary<'a> {
     /// Named tangents around the baseline `prediction`, those of what reads a sensor out around the light that is
     /// there, then the alternatives, whose columns move here. `refitted` are the derivatives to the nuisance: two
     /// patterns are alike where they are alike in what it leaves.
-    pub fn new<F: Forward + ?Sized>(
-        forward: &'a F,
+    pub fn new(
+        forward: &'a dyn Forward,
         rows: &'a [Row],
         nuisance: &[f64],
         (prediction, light): (&DVector<f64>, &DVector<f64>),
@@ -177,8 +177,8 @@ impl<'a> Dictionary<'a> {
 }
 
 /// The patterns of every effect and shape, linear about the baseline.
-fn tangents<'a, F: Forward + ?Sized>(
-    forward: &'a F,
+fn tangents<'a>(
+    forward: &'a dyn Forward,
     nuisance: &[f64],
     (prediction, light): (&DVector<f64>, &DVector<f64>),
 ) -> Vec<(Who, Vec<Column<'a>>)> {
@@ -264,8 +264,8 @@ fn distinct(
 }
 
 /// Change of every row for a unit of each linear amplitude, from a difference of predictions at the effect's own step.
-fn tangent<F: Forward + ?Sized>(
-    forward: &F,
+fn tangent(
+    forward: &dyn Forward,
     nuisance: &[f64],
     (prediction, light): (&DVector<f64>, &DVector<f64>),
     effect: usize,
@@ -292,8 +292,8 @@ fn tangent<F: Forward + ?Sized>(
 }
 
 /// Change of every row for a unit of one linear amplitude, from a difference of predictions at `step`.
-fn change<F: Forward + ?Sized>(
-    forward: &F,
+fn change(
+    forward: &dyn Forward,
     nuisance: &[f64],
     prediction: &DVector<f64>,
     effect: usize,
@@ -314,8 +314,8 @@ fn finite(column: DVector<f64>) -> Option<DVector<f64>> {
 
 /// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency zero changes, times sine
 /// and cosine.
-fn oscillations<'a, F: Forward + ?Sized>(
-    forward: &'a F,
+fn oscillations<'a>(
+    forward: &'a dyn Forward,
     nuisance: &[f64],
     prediction: &DVector<f64>,
     effect: usize,

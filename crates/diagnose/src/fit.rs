@@ -38,7 +38,7 @@ enum Slot {
 const NUISANCE_STEP: f64 = 1e-4;
 
 /// Derivative of every row to each nuisance parameter, unwhitened.
-pub fn nuisance_tangents<F: Forward + ?Sized>(forward: &F, nuisance: &[f64]) -> Option<DMatrix<f64>> {
+pub fn nuisance_tangents(forward: &dyn Forward, nuisance: &[f64]) -> Option<DMatrix<f64>> {
     let base = forward.predict(nuisance, &[])?;
     let columns = (0..nuisance.len())
         .map(|k| {
@@ -59,8 +59,8 @@ pub fn nuisance_tangents<F: Forward + ?Sized>(forward: &F, nuisance: &[f64]) -> 
 /// `tangents` are the [`nuisance_tangents`] near `nuisance`: the nuisance is nearly linear and most effects change its
 /// derivative by per cents, so they serve every step of most fits. Where steps end with them and true derivatives would
 /// go on (stray light that outshines the lamp at some γ), derivatives are taken anew.
-pub fn fit<F: Forward + ?Sized>(
-    forward: &F,
+pub fn fit(
+    forward: &dyn Forward,
     measured: &DVector<f64>,
     whitener: &Whitener<'_>,
     nuisance: &[f64],
@@ -159,7 +159,7 @@ pub fn fit<F: Forward + ?Sized>(
 }
 
 /// Derivatives of every row to the parameters of a fit, in units of other weights than it was made with.
-pub fn derivatives<F: Forward + ?Sized>(forward: &F, whitener: &Whitener<'_>, fitted: &Fit) -> Option<DMatrix<f64>> {
+pub fn derivatives(forward: &dyn Forward, whitener: &Whitener<'_>, fitted: &Fit) -> Option<DMatrix<f64>> {
     let state = (fitted.nuisance.clone(), fitted.hypotheses.clone());
     let slots = slots(forward, state.0.len(), &state.1);
     let mut jacobian = DMatrix::zeros(fitted.prediction.len(), slots.len());
@@ -180,11 +180,7 @@ impl Fit {
 }
 
 /// Derivatives to the nuisance where the effects act.
-fn nuisance_derivatives<F: Forward + ?Sized>(
-    forward: &F,
-    state: &State,
-    prediction: &DVector<f64>,
-) -> Option<DMatrix<f64>> {
+fn nuisance_derivatives(forward: &dyn Forward, state: &State, prediction: &DVector<f64>) -> Option<DMatrix<f64>> {
     use rayon::prelude::*;
     let columns = (0..state.0.len())
         .into_par_iter()
@@ -202,7 +198,7 @@ fn whitened(whitener: &Whitener<'_>, mut columns: DMatrix<f64>) -> DMatrix<f64> 
     columns
 }
 
-fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypothesis]) -> Vec<Slot> {
+fn slots(forward: &dyn Forward, nuisances: usize, hypotheses: &[Hypothesis]) -> Vec<Slot> {
     let mut slots: Vec<Slot> = (0..nuisances).map(Slot::Nuisance).collect();
     for (i, hypothesis) in hypotheses.iter().enumerate() {
         slots.extend((0..hypothesis.linear.len()).map(|j| Slot::Linear(i, j)));
@@ -218,7 +214,7 @@ fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypot
 
 /// A weak pull of every shape towards the middle of its bounds, one σ at each end, and of every shape and amplitude
 /// back to what is plausible: what the data do not say stays sane.
-fn penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
+fn penalty(forward: &dyn Forward, hypotheses: &[Hypothesis]) -> f64 {
     let mut sum = 0.0;
     for hypothesis in hypotheses {
         let searchable = &forward.effects()[hypothesis.effect];
@@ -238,8 +234,8 @@ fn penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
 }
 
 /// The pull of implausible amplitudes in the normal equations.
-fn hold_plausible<F: Forward + ?Sized>(
-    forward: &F,
+fn hold_plausible(
+    forward: &dyn Forward,
     hypotheses: &[Hypothesis],
     slots: &[Slot],
     normal: &mut DMatrix<f64>,
@@ -273,8 +269,8 @@ fn range(searchable: &Searchable, slot: Slot) -> (f64, f64) {
 }
 
 /// The damped step; a parameter that would leave its range goes to the end of it, and the others follow that.
-fn step_inside<F: Forward + ?Sized>(
-    forward: &F,
+fn step_inside(
+    forward: &dyn Forward,
     state: &State,
     slots: &[Slot],
     normal: &DMatrix<f64>,
@@ -314,8 +310,8 @@ fn step_inside<F: Forward + ?Sized>(
 
 type State = (Vec<f64>, Vec<Hypothesis>);
 
-fn derivative<F: Forward + ?Sized>(
-    forward: &F,
+fn derivative(
+    forward: &dyn Forward,
     whitener: &Whitener<'_>,
     state: &State,
     prediction: &DVector<f64>,
@@ -364,7 +360,7 @@ fn derivative<F: Forward + ?Sized>(
     Some(())
 }
 
-fn moved<F: Forward + ?Sized>(forward: &F, state: &State, slots: &[Slot], step: &DVector<f64>) -> State {
+fn moved(forward: &dyn Forward, state: &State, slots: &[Slot], step: &DVector<f64>) -> State {
     let mut tried = state.clone();
     for (k, &slot) in slots.iter().enumerate() {
         match slot {

@@ -10,16 +10,15 @@ use crate::reference::Errors;
 ///
 /// Its predictions are still those of the model as it stands, so that `change` stays an error that rows share; but the
 /// level at which a sensor is full meets the light that is there.
-#[derive(Debug)]
-pub struct ReadOut<'a, F: ?Sized> {
+pub struct ReadOut<'a> {
     /// The model.
-    pub forward: &'a F,
+    pub forward: &'a dyn Forward,
     /// [`Moved::change`](crate::known::Moved::change) or
     /// [`expected_change`](crate::known::expected_change); empty where nothing is changed.
     pub change: &'a DVector<f64>,
 }
 
-impl<F: Forward + ?Sized> Forward for ReadOut<'_, F> {
+impl Forward for ReadOut<'_> {
     fn nuisances(&self) -> usize {
         self.forward.nuisances()
     }

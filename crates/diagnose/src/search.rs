@@ -23,7 +23,7 @@ use crate::whitening::Sequence;
 pub use outcome::{Comparison, Label, Outcome, Place, Ranked, Settings, Unexplained};
 
 /// Searches. None where the model cannot even predict these rows.
-pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Settings) -> Option<Outcome> {
+pub fn search(forward: &dyn Forward, rows: &[Row], settings: &Settings) -> Option<Outcome> {
     let sequence = in_time(rows);
     let plain = problem::Plain::of(forward, rows, &sequence)?;
     let stepped = Stepped::of(forward, &plain.light, &(&plain.measured - &plain.light), &plain.u);

@@ -18,15 +18,14 @@ const SIZES: i32 = 15;
 const FALLS: [i32; 4] = [0, 1, 2, 3];
 
 /// A model whose refitted terms are held.
-#[derive(Debug)]
-pub struct Held<'a, F: ?Sized> {
+pub struct Held<'a> {
     /// The model.
-    pub forward: &'a F,
+    pub forward: &'a dyn Forward,
     /// 1/σ² of each refitted term.
     pub weights: &'a [f64],
 }
 
-impl<F: Forward + ?Sized> Forward for Held<'_, F> {
+impl Forward for Held<'_> {
     fn nuisances(&self) -> usize {
         self.forward.nuisances()
     }
@@ -58,7 +57,7 @@ impl<F: Forward + ?Sized> Forward for Held<'_, F> {
 /// The level has a size of its own; the shape's terms have one that falls with their number. Of the sizes on a grid
 /// those are taken with which the fitted terms are the most probable. What is no term of the shape stays as free as it
 /// was.
-pub fn weights<F: Forward + ?Sized>(forward: &F, fitted: &Fit, scale: f64) -> Vec<f64> {
+pub fn weights(forward: &dyn Forward, fitted: &Fit, scale: f64) -> Vec<f64> {
     let mut weights = forward.nuisance_weights();
     let terms = forward.shape_terms();
     let (places, orders): (Vec<usize>, Vec<usize>) = terms

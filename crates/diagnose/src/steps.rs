@@ -25,15 +25,14 @@ const OVERSAMPLED: f64 = 4.0;
 const CELLS: f64 = 8.0;
 
 /// A model whose effects with a period along the signal have the sizes that the data suggest.
-#[derive(Debug)]
-pub struct Stepped<'a, F: ?Sized> {
-    forward: &'a F,
+pub struct Stepped<'a> {
+    forward: &'a dyn Forward,
     effects: Vec<Searchable>,
 }
 
-impl<'a, F: Forward + ?Sized> Stepped<'a, F> {
+impl<'a> Stepped<'a> {
     /// `expected` is the light that is there, `left` the readings less that, `u` their standard uncertainties.
-    pub fn of(forward: &'a F, expected: &DVector<f64>, left: &DVector<f64>, u: &DVector<f64>) -> Self {
+    pub fn of(forward: &'a dyn Forward, expected: &DVector<f64>, left: &DVector<f64>, u: &DVector<f64>) -> Self {
         let mut effects = forward.effects().to_vec();
         if let Some(full_scale) = forward.full_scale() {
             let signals: Vec<Signal> = full_scale
@@ -59,7 +58,7 @@ impl<'a, F: Forward + ?Sized> Stepped<'a, F> {
     }
 }
 
-impl<F: Forward + ?Sized> Forward for Stepped<'_, F> {
+impl Forward for Stepped<'_> {
     fn nuisances(&self) -> usize {
         self.forward.nuisances()
     }

@@ -5,12 +5,12 @@ use nalgebra::DMatrix;
 use crate::basis::{Basis, inverse_of_normal};
 use crate::evidence::ln_sum_exp;
 use crate::fit::Fit;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::scan::{Candidate, Found, Scan, Who, p_value, statistic};
 
 use super::estimate::Estimate;
 
-impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+impl Estimate<'_, '_> {
     /// The scan of what a fit leaves, all candidates against its residual; effects that are in it already and `extra`
     /// directions are projected out.
     pub(super) fn scan(&self, fitted: &Fit, members: &[Hypothesis], extra: Option<usize>) -> Scan {

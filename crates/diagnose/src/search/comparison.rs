@@ -8,7 +8,7 @@ use crate::basis::Basis;
 use crate::calibration::{ALIAS, ALIAS_MARGIN, AS_MUCH, OUTSIDE_CATALOGUE, REFITTED, TWIN};
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::scan::{Found, Who, p_value, sign_evidence, statistic};
 
 use super::candidates::all_but;
@@ -52,7 +52,7 @@ struct Refined {
     evidence: f64,
 }
 
-impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+impl Estimate<'_, '_> {
     /// A possible name that explains as much as the first one stays within reach of it, whatever was assumed before: no
     /// prior of ours is worth more than [`TWIN`]. `entries` fall with their evidence, and do after it.
     fn keep_twins(&self, entries: &mut [(f64, Entry)]) {

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use crate::alternatives::EmpiricalAlternative;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::noise::{NoiseTest, noisy_rho};
 use crate::shrinkage::weights;
 
@@ -11,7 +11,7 @@ use super::outcome::{Comparison, Label, Names, Outcome, Unexplained};
 use super::scanned::Scanned;
 use super::select::Selected;
 
-pub(super) fn compete<F: Forward + ?Sized>(scanned: Scanned, selected: Selected<'_, '_, F>) -> Option<Outcome> {
+pub(super) fn compete(scanned: Scanned, selected: Selected<'_, '_>) -> Option<Outcome> {
     let Selected {
         estimate,
         names: Names {

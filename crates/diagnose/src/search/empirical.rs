@@ -4,12 +4,12 @@
 use super::outcome::Unexplained;
 use crate::basis::{Basis, inverse_of_normal};
 use crate::fit::Fit;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::scan::{Who, p_value, strongest_unnamed};
 
 use super::estimate::Estimate;
 
-impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+impl Estimate<'_, '_> {
     /// What is left after all named effects, if it is significant and not small beside them: the best alternative.
     pub(super) fn left_over(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
         let found = self.scan(fitted, members, None).look();

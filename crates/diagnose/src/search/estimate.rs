@@ -20,14 +20,14 @@ use super::fits::Fits;
 use super::problem::Problem;
 
 /// A fit of a model that is read out, from given effects on.
-type Law<'l, F> = dyn Fn(&ReadOut<'_, F>, &[Hypothesis]) -> Option<Fit> + 'l;
+type Law<'l> = dyn Fn(&ReadOut<'_>, &[Hypothesis]) -> Option<Fit> + 'l;
 
 /// A whitened dictionary of up to so many values (a quarter of a gigabyte) is kept; a larger one is computed block by
 /// block wherever it is needed.
 const KEPT_VALUES: usize = 1 << 25;
 
-pub(super) struct Estimate<'p, 'a, F: Forward + ?Sized> {
-    pub(super) problem: &'p Problem<'a, F>,
+pub(super) struct Estimate<'p, 'a> {
+    pub(super) problem: &'p Problem<'a>,
     /// Nuisance from which every fit begins.
     start: Vec<f64>,
     pub(super) rounding: Rounding,
@@ -44,13 +44,13 @@ pub(super) struct Estimate<'p, 'a, F: Forward + ?Sized> {
 }
 
 /// The model without effects, and the noise that it leaves.
-pub(super) struct Baseline<'p, 'a, F: Forward + ?Sized> {
-    pub(super) estimate: Estimate<'p, 'a, F>,
+pub(super) struct Baseline<'p, 'a> {
+    pub(super) estimate: Estimate<'p, 'a>,
     pub(super) fit: Fit,
 }
 
 /// First stage: the noise that the plain fit leaves, and the fit under that noise.
-pub(super) fn baseline<'p, 'a, F: Forward + ?Sized>(problem: &'p Problem<'a, F>) -> Option<Baseline<'p, 'a, F>> {
+pub(super) fn baseline<'p, 'a>(problem: &'p Problem<'a>) -> Option<Baseline<'p, 'a>> {
     let first = Estimate::of(problem, problem.plain.nuisance.clone(), Arc::default(), &problem.plain);
     let fit = first.fit(&[])?;
     let start = fit.nuisance.clone();
@@ -62,7 +62,7 @@ pub(super) fn baseline<'p, 'a, F: Forward + ?Sized>(problem: &'p Problem<'a, F>)
     Some(Baseline { estimate, fit })
 }
 
-impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
+impl<'p, 'a> Estimate<'p, 'a> {
     /// The same with simulated scans of noise alone, rising.
     pub(super) fn with_nulls(self, nulls: Vec<f64>) -> Self {
         let nulls = nulls.into();
@@ -85,7 +85,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         Self::of(problem, start, nulls, fitted)
     }
 
-    fn of(problem: &'p Problem<'a, F>, start: Vec<f64>, nulls: Arc<[f64]>, fitted: &Fit) -> Self {
+    fn of(problem: &'p Problem<'a>, start: Vec<f64>, nulls: Arc<[f64]>, fitted: &Fit) -> Self {
         let Problem {
             sequence, u, errors, ..
         } = problem;
@@ -193,7 +193,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
 
     /// A fit by `law`, repeated where an effect reads out the light until what the model knows of itself stays where it
     /// is: a sensor that is full hides how bright the light was that filled it.
-    fn fit_with(&self, members: &[Hypothesis], law: &Law<'_, F>) -> Option<Fit> {
+    fn fit_with(&self, members: &[Hypothesis], law: &Law<'_>) -> Option<Fit> {
         /// Repetitions at most; the change in σ of any row below which there is none, and that of χ² (where steps of a
         /// signal come and go with each repetition, rows never settle).
         const MOST: usize = 12;
@@ -248,7 +248,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
 
     /// Where the readings that were read out as they are put what the model knows of itself: those at the level of a full
     /// sensor know nothing of the light. Where that leaves too few, all count.
-    fn change_beside(&self, forward: &ReadOut<'_, F>, fitted: &Fit) -> DVector<f64> {
+    fn change_beside(&self, forward: &ReadOut<'_>, fitted: &Fit) -> DVector<f64> {
         /// Share of the rows that must be left.
         const LEAST: f64 = 0.1;
         let effects = self.problem.forward.effects();

@@ -9,13 +9,13 @@ use crate::basis::product;
 use crate::calibration::{FITTED, FURTHER_GAIN, MOST_MEMBERS, PAIR_GAIN};
 use crate::evidence::ln_bayes_factor;
 use crate::fit::Fit;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::scan::{Found, Scan, Who};
 
 use super::estimate::Estimate;
 use super::outcome::Names;
 
-impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+impl Estimate<'_, '_> {
     /// The first members: the best single effect, or the best pair where two explain what one cannot.
     pub(super) fn grow(self, scan: &Scan, first: &[Found], baseline: &Fit) -> (Self, Names) {
         let singles = self.name_evidence(first);

@@ -17,8 +17,8 @@ use crate::whitening::Sequence;
 
 use super::outcome::Settings;
 
-pub(super) struct Problem<'a, F: Forward + ?Sized> {
-    pub(super) forward: &'a F,
+pub(super) struct Problem<'a> {
+    pub(super) forward: &'a dyn Forward,
     pub(super) rows: &'a [Row],
     pub(super) sequence: &'a Sequence,
     pub(super) settings: &'a Settings,
@@ -57,7 +57,7 @@ pub(super) struct Plain {
 
 impl Plain {
     /// None where the model cannot even predict these rows.
-    pub(super) fn of<F: Forward + ?Sized>(forward: &F, rows: &[Row], sequence: &Sequence) -> Option<Self> {
+    pub(super) fn of(forward: &dyn Forward, rows: &[Row], sequence: &Sequence) -> Option<Self> {
         let n = rows.len();
         let measured = DVector::from_iterator(n, rows.iter().map(|row| row.measured));
         let u = DVector::from_iterator(n, rows.iter().map(|row| row.u));
@@ -106,9 +106,9 @@ impl Plain {
     }
 }
 
-impl<'a, F: Forward + ?Sized> Problem<'a, F> {
+impl<'a> Problem<'a> {
     pub(super) fn new(
-        forward: &'a F,
+        forward: &'a dyn Forward,
         rows: &'a [Row],
         sequence: &'a Sequence,
         settings: &'a Settings,
@@ -176,7 +176,7 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
     }
 
     /// Unwhitened derivatives to nuisance and amplitudes.
-    pub(super) fn parameter_columns(&self, forward: &impl Forward, fitted: &Fit) -> DMatrix<f64> {
+    pub(super) fn parameter_columns(&self, forward: &dyn Forward, fitted: &Fit) -> DMatrix<f64> {
         let base = &fitted.prediction;
         let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(nalgebra::Matrix::into_owned).collect();
         for (i, member) in fitted.hypotheses.iter().enumerate() {

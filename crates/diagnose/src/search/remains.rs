@@ -2,7 +2,7 @@
 
 use crate::basis::Basis;
 use crate::fit::{Fit, derivatives};
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::known::Moved;
 use crate::noise::{self, NoiseTest, Residuals};
 use crate::read_out::ReadOut;
@@ -11,7 +11,7 @@ use crate::whitener::Whitener;
 use super::candidates::all_but;
 use super::estimate::Estimate;
 
-impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+impl Estimate<'_, '_> {
     /// Whether what a fit leaves is noise; none where there is too little of it.
     pub(super) fn noise_test(&self, fitted: &Fit) -> Option<NoiseTest> {
         noise::test(

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use super::outcome::Place;
 use crate::basis::Basis;
 use crate::fit::Fit;
-use crate::forward::Forward;
 use crate::scan::{Found, Scan, Who, p_value, statistic};
 
 use super::estimate::{Baseline, Estimate};
@@ -26,7 +25,7 @@ pub(super) struct Scanned {
     pub(super) visibility: Vec<(usize, usize, f64)>,
 }
 
-pub(super) fn scan<F: Forward + ?Sized>(baseline: &Baseline<'_, '_, F>) -> Scanned {
+pub(super) fn scan(baseline: &Baseline<'_, '_>) -> Scanned {
     let Baseline { estimate, fit } = baseline;
     let settings = estimate.problem.settings;
     let scan = estimate.scan(fit, &[], None);
@@ -44,7 +43,7 @@ pub(super) fn scan<F: Forward + ?Sized>(baseline: &Baseline<'_, '_, F>) -> Scann
     }
 }
 
-impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+impl Estimate<'_, '_> {
     fn places(&self, found: &[Found]) -> Vec<Place> {
         let mut places: Vec<(f64, Place)> = Vec::new();
         for one in found {

@@ -2,7 +2,7 @@
 
 use crate::calibration::{BESIDE_SHARE, MISFIT, MISFIT_SIGMA};
 use crate::fit::Fit;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::Hypothesis;
 use crate::noise::NoiseTest;
 
 use super::estimate::{Baseline, Estimate};
@@ -10,8 +10,8 @@ use super::outcome::{Label, Names};
 use super::scanned::Scanned;
 
 /// The effects that were taken, and what they leave.
-pub(super) struct Selected<'p, 'a, F: Forward + ?Sized> {
-    pub(super) estimate: Estimate<'p, 'a, F>,
+pub(super) struct Selected<'p, 'a> {
+    pub(super) estimate: Estimate<'p, 'a>,
     pub(super) names: Names,
     /// Number of the strongest candidate without a name in the dictionary and what it explains, in σ².
     pub(super) unexplained: Option<(usize, f64)>,
@@ -27,10 +27,7 @@ pub(super) enum Change {
 }
 
 /// Names while the scan disagrees; then whether what they leave is noise.
-pub(super) fn select<'p, 'a, F: Forward + ?Sized>(
-    baseline: Baseline<'p, 'a, F>,
-    scanned: &Scanned,
-) -> Option<Selected<'p, 'a, F>> {
+pub(super) fn select<'p, 'a>(baseline: Baseline<'p, 'a>, scanned: &Scanned) -> Option<Selected<'p, 'a>> {
     let Baseline { estimate, fit } = baseline;
     let estimate = estimate.with_nulls(scanned.nulls.clone());
     let selected = if scanned.p_global <= estimate.problem.settings.significance {
@@ -47,9 +44,9 @@ pub(super) fn select<'p, 'a, F: Forward + ?Sized>(
     selected.noise_tested()
 }
 
-impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
+impl<'p, 'a> Estimate<'p, 'a> {
     /// Exchanges and drops names until none has a better alternative, and weighs them against what has no name.
-    fn settle(self, names: Names) -> Option<Selected<'p, 'a, F>> {
+    fn settle(self, names: Names) -> Option<Selected<'p, 'a>> {
         let (mut estimate, mut names) = (self, names);
         for _ in 0..4 {
             let left = estimate.left_over(&names.fit, &names.members);
@@ -160,7 +157,7 @@ fn beside(members: &[Hypothesis], strengths: &[f64], left: f64) -> Vec<Hypothesi
     strong.map(|(member, _)| member.clone()).collect()
 }
 
-impl<F: Forward + ?Sized> Selected<'_, '_, F> {
+impl Selected<'_, '_> {
     /// With the test of the noise, and without the names that a place without one explains better.
     fn noise_tested(self) -> Option<Self> {
         let Self {
