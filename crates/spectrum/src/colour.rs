@@ -15,12 +15,13 @@ pub struct Tristimulus {
 
 impl Tristimulus {
     pub(crate) fn of_1_nm(s: &[f64; 471]) -> Self {
-        let sum = |bar: &[f64; 471]| s.iter().zip(bar).map(|(s, w)| s * w).sum();
-        Self {
-            x: sum(&cie::X_BAR),
-            y: sum(&cie::V_LAMBDA),
-            z: sum(&cie::Z_BAR),
-        }
+        let bars = cie::X_BAR.iter().zip(&cie::V_LAMBDA).zip(&cie::Z_BAR);
+        let dark = Self { x: 0.0, y: 0.0, z: 0.0 };
+        s.iter().zip(bars).fold(dark, |sum, (s, ((x, y), z))| Self {
+            x: sum.x + s * x,
+            y: sum.y + s * y,
+            z: sum.z + s * z,
+        })
     }
 
     /// Chromaticity; none for a stimulus without light (Y not above zero).

@@ -34,6 +34,7 @@ pub struct HueBin {
 
 const FIRST: usize = 380 - 360;
 const COUNT: usize = 401;
+const SAMPLES: usize = 99;
 
 /// Fidelity and gamut, sums at 1 nm over 380–780 nm; none where the source has no reference (no light, no colour
 /// temperature, or above 25 000 K).
@@ -129,25 +130,24 @@ struct Appearance {
 /// Appearance of the 99 samples under a light; 10° observer, L_A = 100 cd/m², Y_b = 20, average surround, D = 1.
 fn appearances(light: &[f64; 471]) -> Option<Vec<Appearance>> {
     let light = &light[FIRST..FIRST + COUNT];
-    let xyz = |sample: Option<&[f64]>| {
-        let mut out = [0.0; 3];
-        for (i, l) in light.iter().enumerate() {
-            let s = l * sample.map_or(1.0, |s| s[i]);
-            out[0] += s * X10_BAR[FIRST + i];
-            out[1] += s * Y10_BAR[FIRST + i];
-            out[2] += s * Z10_BAR[FIRST + i];
+    let (mut white, mut seen) = ([0.0; 3], [[0.0; SAMPLES]; 3]);
+    for (i, (l, reflectances)) in light.iter().zip(samples()).enumerate() {
+        let bars = [&X10_BAR, &Y10_BAR, &Z10_BAR].map(|bar| bar[FIRST + i]);
+        for ((white, seen), bar) in white.iter_mut().zip(&mut seen).zip(bars) {
+            *white += l * bar;
+            // All samples of one wavelength side by side: the processor adds several of them at once.
+            for (seen, reflectance) in seen.iter_mut().zip(reflectances) {
+                *seen += l * reflectance * bar;
+            }
         }
-        out
-    };
-    let white = xyz(None);
+    }
     if white[1].is_nan() || white[1] <= 0.0 {
         return None;
     }
     let k = 100.0 / white[1];
     let view = Viewing::new(white.map(|v| v * k));
-    let out: Vec<_> = samples()
-        .iter()
-        .map(|s| view.appearance(xyz(Some(s)).map(|v| v * k)))
+    let out: Vec<_> = (0..SAMPLES)
+        .map(|sample| view.appearance(seen.map(|sums| sums[sample] * k)))
         .collect();
     out.iter()
         .all(|a| a.j.is_finite() && a.a.is_finite() && a.b.is_finite())
@@ -227,15 +227,23 @@ impl Viewing {
     }
 }
 
-/// The 99 samples of CIE 224 at 380, 381, … 780 nm.
-fn samples() -> &'static [Vec<f64>] {
-    static SAMPLES: OnceLock<Vec<Vec<f64>>> = OnceLock::new();
-    SAMPLES.get_or_init(|| {
-        include_str!("../tables/cfi_2017_1nm.csv")
-            .lines()
-            .map(|line| line.split(',').filter_map(|v| v.parse().ok()).collect())
+/// The samples of CIE 224 at 380, 381, … 780 nm: the reflectances of all of them at each.
+fn samples() -> &'static [[f64; SAMPLES]] {
+    static AT_NM: OnceLock<Vec<[f64; SAMPLES]>> = OnceLock::new();
+    AT_NM.get_or_init(|| {
+        let samples = table();
+        (0..COUNT)
+            .map(|i| std::array::from_fn(|sample| samples[sample][i]))
             .collect()
     })
+}
+
+/// One line a sample, one value a nanometre.
+fn table() -> Vec<Vec<f64>> {
+    include_str!("../tables/cfi_2017_1nm.csv")
+        .lines()
+        .map(|line| line.split(',').filter_map(|v| v.parse().ok()).collect())
+        .collect()
 }
 
 #[cfg(test)]
@@ -244,8 +252,8 @@ mod tests {
 
     #[test]
     fn the_sample_table_is_whole() {
-        assert_eq!(samples().len(), 99);
-        assert!(samples().iter().all(|s| s.len() == COUNT));
+        assert_eq!(table().len(), SAMPLES);
+        assert!(table().iter().all(|s| s.len() == COUNT));
     }
 
     #[test]

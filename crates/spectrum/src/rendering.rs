@@ -31,12 +31,13 @@ pub fn rendering_of(test: &[f64; 471], nearest: Cct) -> Option<Rendering> {
     } else {
         illuminant::daylight(t)?
     };
-    let reference_white = Tristimulus::of_1_nm(&reference).chromaticity()?;
+    let [white, reference_white] = [test, &reference].map(Tristimulus::of_1_nm);
+    let adapt_to = reference_white.chromaticity()?;
     let r = samples()
         .iter()
         .map(|sample| {
-            let a = uvw(test, sample, Some(reference_white))?;
-            let b = uvw(&reference, sample, None)?;
+            let a = uvw(test, white, sample, Some(adapt_to))?;
+            let b = uvw(&reference, reference_white, sample, None)?;
             let distance = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
             Some(100.0 - 4.6 * distance)
         })
@@ -47,9 +48,14 @@ pub fn rendering_of(test: &[f64; 471], nearest: Cct) -> Option<Rendering> {
     })
 }
 
-/// U*V*W* of 1964 of a sample under a light, adapted (von Kries in c, d; CIE 13.3, 5.7) to another white if given.
-fn uvw(light: &[f64; 471], sample: &[f64; 471], adapt_to: Option<Chromaticity>) -> Option<[f64; 3]> {
-    let white = Tristimulus::of_1_nm(light);
+/// U*V*W* of 1964 of a sample under a light that is `white`, adapted (von Kries in c, d; CIE 13.3, 5.7) to another
+/// white if given.
+fn uvw(
+    light: &[f64; 471],
+    white: Tristimulus,
+    sample: &[f64; 471],
+    adapt_to: Option<Chromaticity>,
+) -> Option<[f64; 3]> {
     let reflected: [f64; 471] = std::array::from_fn(|i| light[i] * sample[i]);
     let seen = Tristimulus::of_1_nm(&reflected).scaled(100.0 / white.y);
     let (u_white, v_white) = white.chromaticity()?.uv_1960();
