@@ -15,8 +15,8 @@ const PLAN: &str = r#"format = "isolux-plan/1"
 name = "lit"
 kind = "lit"
 c_deg = 0
-gamma_range = [0, 90, 5]
-reference_every = 7
+gamma_range = [0, 90, 10]
+reference_every = 4
 [[block]]
 name = "baffled"
 kind = "baffled"
