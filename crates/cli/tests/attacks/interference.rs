@@ -15,8 +15,8 @@ const PLAN: &str = r#"format = "isolux-plan/1"
 name = "lit"
 kind = "lit"
 c_deg = 0
-gamma_range = [0, 90, 10]
-reference_every = 4
+gamma_range = [0, 90, 6]
+reference_every = 6
 [[block]]
 name = "baffled"
 kind = "baffled"
