@@ -40,6 +40,7 @@ fn irradiance(run: &Run) -> Vec<(f64, f64)> {
 async fn scanned(driver: &str, bridge: Option<&Path>) -> Vec<(f64, f64)> {
     let (document, mut choice) = (Darkroom::parse(FAST).unwrap(), Choice::default());
     choice.choose(Instrument::Spectroradiometer, driver).unwrap();
+    choice.choose(Instrument::Luxmeter, "gigahertz-p9710").unwrap();
     let room = VirtualRoom::open_with(document.clone(), &choice);
     let mut on_tcp: Vec<Instrument> = room.instruments().collect();
     let on_usb = isolux_virtual::usb::offer(&room, Instrument::Spectroradiometer, 0);
@@ -53,7 +54,8 @@ async fn scanned(driver: &str, bridge: Option<&Path>) -> Vec<(f64, f64)> {
     }
     let folder = tempfile::tempdir().unwrap();
     let folder = Utf8Path::from_path(folder.path()).unwrap();
-    let text = station::station(&document, &outlets);
+    // A meter that converts on request and soon: what is on USB is what counts.
+    let text = station::station(&document, &outlets).replace("a_per_lx=3e-10", "a_per_lx=3e-10&integration_ms=100");
     let stable = "\n[lamp.stable]\nleast_s = 0.5\nwindow_s = 0.5\nspread_rel = 0.05\n\n[shutter]";
     std::fs::write(folder.join("station.toml"), text.replacen("\n[shutter]", stable, 1)).unwrap();
     if let Some(calibration) = station::calibration(&Room::new(document), &outlets) {
