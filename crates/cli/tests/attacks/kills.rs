@@ -13,7 +13,7 @@ const ASKED: [&str; 4] = ["TERM", "HUP", "QUIT", "INT"];
 
 pub fn every_signal_stops_the_axes_and_says_so_in_the_record() {
     hear_hangups();
-    let bench = Bench::new();
+    let bench = Bench::on_request();
     bench.write("plan.toml", LONG_PLAN);
     for (k, name) in ASKED.into_iter().enumerate() {
         let how = if k == 0 { "--out" } else { "--resume" };

@@ -166,7 +166,7 @@ pub fn stop_gets_through_after_its_owner_was_killed() {
 }
 
 pub fn a_scan_that_hangs_is_taken_over_with_a_reason_and_writes_nothing_more() {
-    let bench = Bench::new();
+    let bench = Bench::on_request();
     let hung = bench.scan("--out", "run");
     bench.wait_for_rows("run", 2);
     signal(&hung, "STOP");

@@ -94,7 +94,18 @@ impl Bench {
         Self::playing(tables, &[])
     }
 
-    /// The same with these further arguments of `virtual darkroom`.
+    /// The quick room with a meter that converts on request, ten times a second.
+    pub fn on_request() -> Self {
+        let bench = Self::playing("", &["--luxmeter", "gigahertz-p9710"]);
+        let station = bench.read("station.toml");
+        let sensitivity = "?a_per_lx=3e-10";
+        assert!(station.contains(sensitivity), "{station}");
+        let station = station.replace(sensitivity, &format!("{sensitivity}&integration_ms=100"));
+        bench.write("station.toml", &station);
+        bench
+    }
+
+    /// The room of [`with`](Self::with), with these further arguments of `virtual darkroom`.
     pub fn playing(tables: &str, arguments: &[&str]) -> Self {
         let folder = Folder::in_memory();
         folder.write("room.toml", &format!("{ROOM}{tables}"));
