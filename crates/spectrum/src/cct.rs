@@ -35,11 +35,10 @@ const PRECISION_REL: f64 = 1e-12;
 pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
     let (u, v) = colour.uv_1960();
     let locus = locus();
-    let (before, after) = locus.around_nearest(u, v)?;
     // In reciprocal temperature the locus is nearly even. Where it is nearest, the way there stands upright on it: the
     // root of the slope, by false position (Illinois).
     let slope = |at: &OnLocus| (at.u - u) * at.du + (at.v - v) * at.dv;
-    let (mut a, mut b) = (before, after);
+    let (mut a, mut b) = locus.around_nearest(u, v)?;
     let (from, to) = (a.mired, b.mired);
     let (mut fa, mut fb) = (slope(&a), slope(&b));
     for _ in 0..MOST_STEPS {

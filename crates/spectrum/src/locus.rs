@@ -5,8 +5,9 @@ use std::sync::OnceLock;
 use crate::cie;
 use crate::illuminant::{C2_M_K, wavelengths_nm};
 
-const LOWEST_K: f64 = 1000.0;
-const HIGHEST_K: f64 = 100_000.0;
+/// 100 000 K to 1000 K.
+const FROM_MIRED: f64 = 10.0;
+const TO_MIRED: f64 = 1000.0;
 
 /// Distance of the nodes. What lies between them is then wrong by less than 1e-13 in u and v.
 const STEP_MIRED: f64 = 5.0;
@@ -24,7 +25,6 @@ pub(crate) struct OnLocus {
 /// u and v with their first and second derivatives over the reciprocal temperature.
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    mired: f64,
     u: [f64; 3],
     v: [f64; 3],
 }
@@ -35,13 +35,12 @@ pub(crate) struct Locus {
     nodes: Vec<Node>,
 }
 
-/// The one locus there is.
+/// The locus; its nodes are computed when it is asked for first.
 pub(crate) fn locus() -> &'static Locus {
     static LOCUS: OnceLock<Locus> = OnceLock::new();
     LOCUS.get_or_init(|| {
-        let (from, to) = (1e6 / HIGHEST_K, 1e6 / LOWEST_K);
-        let steps = ((to - from) / STEP_MIRED).round() as usize;
-        let nodes = (0..=steps).map(|step| Node::at(from + STEP_MIRED * step as f64));
+        let steps = ((TO_MIRED - FROM_MIRED) / STEP_MIRED) as usize;
+        let nodes = (0..=steps).map(|node| Node::at(mired_of(node)));
         Locus { nodes: nodes.collect() }
     })
 }
@@ -54,14 +53,13 @@ impl Locus {
             .iter()
             .map(|node| (u - node.u[0]).powi(2) + (v - node.v[0]).powi(2));
         let (nearest, _) = squares.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let before = self.nodes.get(nearest.checked_sub(1)?)?;
-        let after = self.nodes.get(nearest + 1)?;
-        Some((before.on_locus(), after.on_locus()))
+        let (before, after) = (nearest.checked_sub(1)?, nearest + 1);
+        (after < self.nodes.len()).then(|| (self.at(mired_of(before)), self.at(mired_of(after))))
     }
 
     /// The point at a reciprocal temperature of 10 to 1000 mired; beyond them the polynomial of the end.
     pub fn at(&self, mired: f64) -> OnLocus {
-        let place = (mired - self.nodes[0].mired) / STEP_MIRED;
+        let place = (mired - FROM_MIRED) / STEP_MIRED;
         let below = (place.max(0.0) as usize).min(self.nodes.len() - 2);
         let share = place - below as f64;
         let (a, b) = (&self.nodes[below], &self.nodes[below + 1]);
@@ -98,21 +96,15 @@ impl Node {
             [value, first, second]
         };
         Self {
-            mired,
             u: quotient(over_u),
             v: quotient(over_v),
         }
     }
+}
 
-    fn on_locus(&self) -> OnLocus {
-        OnLocus {
-            mired: self.mired,
-            u: self.u[0],
-            v: self.v[0],
-            du: self.u[1],
-            dv: self.v[1],
-        }
-    }
+/// Where a node lies.
+fn mired_of(node: usize) -> f64 {
+    FROM_MIRED + STEP_MIRED * node as f64
 }
 
 /// Value and derivative of the polynomial of degree five that has the values and derivatives of both nodes, at a share

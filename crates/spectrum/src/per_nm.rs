@@ -61,10 +61,10 @@ fn exact(factors: &[&Spectrum], first: &[usize], from_nm: f64) -> Option<[f64; 2
         &nm[..nm.iter().take_while(|nm| **nm < to_nm).count()]
     };
     let inside = |k: usize| points(k).iter().copied().filter(|nm| *nm > from_nm);
-    if (0..factors.len()).all(|k| inside(k).next().is_none()) {
+    let mut bends: Vec<f64> = (0..factors.len()).flat_map(inside).collect();
+    if bends.is_empty() {
         return None;
     }
-    let mut bends: Vec<f64> = (0..factors.len()).flat_map(inside).collect();
     bends.extend([from_nm, to_nm]);
     bends.sort_by(f64::total_cmp);
     let points: Vec<&[f64]> = (0..factors.len()).map(points).collect();
