@@ -108,10 +108,12 @@ impl Darkroom {
             let message = "describes rings of LEDs; leave it out beside `table`";
             return Err(source.locate(&document::Fault::new(format!("lamp.{key}"), message)));
         }
-        let of_built_in = |error: toml::de::Error| source.whole(format!("the built-in room: {error}"));
-        let (whole, completed) = built_in::complete(&given).map_err(of_built_in)?;
-        // As text: a second way to read every type of a room would be built for this alone.
-        let mut room: Self = toml::from_str(&whole.to_string()).map_err(of_built_in)?;
+        let (whole, completed) =
+            built_in::complete(&given).map_err(|error| source.whole(format!("the built-in room: {error}")))?;
+        // As text: a second way to read every type of a room would be built for this alone. Its lines are not those of
+        // the file.
+        let in_whole = |error: toml::de::Error| source.whole(error.message().to_owned());
+        let mut room: Self = toml::from_str(&whole.to_string()).map_err(in_whole)?;
         room.injected_effects.only = false;
         if let Some(file) = &room.lamp.table {
             let wrong =
