@@ -21,31 +21,11 @@ use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 use isolux_reduce::{MonteCarlo, Options, OverAngle, Quantity, Reduction};
 use isolux_spectrum::{Chromaticity, Spectrum, quantities};
 
+use crate::draws::Draws;
+
 /// Days that every test run plays.
 const SHORT: u64 = 30;
 const DISTANCE_MM: f64 = 3700.0;
-
-/// SplitMix64.
-struct Draws(u64);
-
-impl Draws {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn normal(&mut self, u: f64) -> f64 {
-        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
-        u * radius * (TAU * self.unit()).cos()
-    }
-}
 
 /// What the certificates state, and the room keeps.
 const U_SHAPE: f64 = 0.004;

@@ -7,6 +7,7 @@ mod calibration;
 mod colour_of_a_day;
 mod colour_over_angle;
 mod conformity;
+mod draws;
 mod every_twin;
 mod feasibility;
 mod in_room;

@@ -14,42 +14,14 @@ use isolux_record::run::{Run, RunHeader};
 use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 use isolux_reduce::{Correction, Options, Quantity, ReduceError};
 
+use crate::draws::Draws;
+
 /// Days that every test run plays.
 const SHORT: u64 = 40;
 /// From so many days on, the lower limit of the interval must lie above 95 %.
 const LONG: u64 = 500;
 /// One reading takes so long, with its move.
 const READING_S: f64 = 3.5;
-
-/// SplitMix64.
-struct Draws(u64);
-
-impl Draws {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn chance(&mut self, share: f64) -> bool {
-        self.unit() < share
-    }
-
-    fn normal(&mut self, u: f64) -> f64 {
-        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
-        u * radius * (std::f64::consts::TAU * self.unit()).cos()
-    }
-
-    fn pick<T: Copy>(&mut self, of: &[T]) -> T {
-        of[(self.unit() * of.len() as f64) as usize]
-    }
-}
 
 /// What is drawn for a day, besides the room.
 struct Day {
