@@ -55,7 +55,7 @@ pub const LONG_PLAN: &str = r#"format = "isolux-plan/1"
 name = "lit"
 kind = "lit"
 c_range = [0, 355, 5]
-gamma_range = [0, 40, 20]
+gamma_range = [0, 40, 5]
 reference_every = 2
 "#;
 

@@ -20,8 +20,20 @@ const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[injected_effects]\nonly = tr
     [axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
                     [axis.gamma]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n";
 
-const PLAN: &str = "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 0, 90]\ngamma_range = [-15, 15, 30]\n\
-                    [[block]]\nname = \"spectrum\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nrepeats = 2\nc_deg = 0\ngamma_deg = 0\n";
+const PLAN: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "lit"
+kind = "lit"
+c_range = [0, 0, 90]
+gamma_range = [-15, 15, 30]
+[[block]]
+name = "spectrum"
+kind = "lit"
+instrument = "spectroradiometer"
+repeats = 2
+c_deg = 0
+gamma_deg = 0
+"#;
 
 /// Irradiance of the first spectrum of a run from 430 nm to 670 nm, pixel by pixel.
 fn irradiance(run: &Run) -> Vec<(f64, f64)> {
