@@ -194,7 +194,6 @@ impl Model {
                     gamma_deg,
                     nonperp_deg,
                     distance_mm,
-                    stated_mm: at.distance_mm,
                     height_mm,
                 };
                 let light = place.light(self.luminaire());

@@ -12,13 +12,14 @@ use crate::quadrature::gauss_legendre;
 /// Nodes of one panel.
 static PANEL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));
 
-/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ and C, and a
-/// cubic through its points serves all places between. What a fit moves by a tenth of a degree costs no new integrals
-/// then.
+/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ, C and the
+/// logarithm of height over distance, and a cubic through its points serves all places between. What a fit moves by a
+/// tenth of a degree or by a few millimetres costs no new integrals then.
 const GAMMA_STEP_DEG: f64 = 4.0;
 const C_STEPS: usize = 60;
-/// Share of the distance over which its power law is taken.
-const DISTANCE_STEP: f64 = 0.01;
+const LN_RATIO_STEP: f64 = 0.05;
+/// Distance of the detector for which the lattice is computed: a room twice as large has a quarter of the light.
+const LATTICE_MM: f64 = 1000.0;
 /// Lean of the axis at which its parabola is taken; a larger one has an integral of its own.
 const LEAN_STEP_DEG: f64 = 0.5;
 
@@ -29,8 +30,6 @@ pub(crate) struct OverFloor {
     pub gamma_deg: f64,
     pub nonperp_deg: f64,
     pub distance_mm: f64,
-    /// The distance that the record states: an effect moves the detector a little from there.
-    pub stated_mm: f64,
     pub height_mm: f64,
 }
 
@@ -58,21 +57,7 @@ impl OverFloor {
             if self.nonperp_deg.abs() > LEAN_STEP_DEG {
                 return self.integrate(luminaire, 1)[0];
             }
-            let mut stated = self;
-            stated.distance_mm = self.stated_mm;
-            let light = stated.between(luminaire);
-            if self.distance_mm == self.stated_mm || light.illuminance_lx <= 0.0 {
-                return light;
-            }
-            let mut farther = stated;
-            farther.distance_mm *= 1.0 + DISTANCE_STEP;
-            let power = (farther.between(luminaire).illuminance_lx / light.illuminance_lx).ln() / DISTANCE_STEP.ln_1p();
-            let factor = (self.distance_mm / self.stated_mm).powf(power);
-            if factor.is_finite() {
-                light.scaled(factor)
-            } else {
-                self.integrate(luminaire, 1)[0]
-            }
+            self.between(luminaire).scaled((LATTICE_MM / self.distance_mm).powi(2))
         })
     }
 
@@ -82,13 +67,12 @@ impl OverFloor {
             gamma_deg,
             nonperp_deg,
             distance_mm,
-            stated_mm,
             height_mm,
         } = *self;
-        [c_deg, gamma_deg, nonperp_deg, distance_mm, stated_mm, height_mm].map(f64::to_bits)
+        [c_deg, gamma_deg, nonperp_deg, distance_mm, height_mm].map(f64::to_bits)
     }
 
-    /// The parabola over the lean of the axis, where it leans.
+    /// As at [`LATTICE_MM`]: the parabola over the lean of the axis, where it leans.
     fn between(&self, luminaire: &Luminaire) -> FloorLight {
         let upright = Self {
             nonperp_deg: 0.0,
@@ -116,7 +100,7 @@ impl OverFloor {
                 gamma_deg: (first_gamma + k as f64) * GAMMA_STEP_DEG,
                 ..*self
             };
-            let key = [row.gamma_deg, row.nonperp_deg, row.distance_mm, row.height_mm].map(f64::to_bits);
+            let key = [row.gamma_deg, row.nonperp_deg, row.ln_ratio()].map(f64::to_bits);
             let around = luminaire.memory.floor_row_or(key, || row.around(luminaire));
             let (first_c, c_weights) = cubic(self.c_deg * around.len() as f64 / 360.0);
             for (i, of_c) in c_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
@@ -127,15 +111,34 @@ impl OverFloor {
         light
     }
 
-    /// The integral for the luminaire turned to each C of the lattice, from C 0° on; one for all C of a luminaire that
-    /// is the same around its axis.
+    fn ln_ratio(&self) -> f64 {
+        (self.height_mm / self.distance_mm).ln()
+    }
+
+    /// The light at one γ of the lattice with the luminaire turned to each C of it, from C 0° on; one for all C of a
+    /// luminaire that is the same around its axis.
     fn around(&self, luminaire: &Luminaire) -> Arc<[FloorLight]> {
         let steps = if luminaire.distribution().is_rotational() {
             1
         } else {
             C_STEPS
         };
-        self.integrate(luminaire, steps).into()
+        let mut around = vec![FloorLight::default(); steps];
+        let (first, weights) = cubic(self.ln_ratio() / LN_RATIO_STEP);
+        for (k, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+            let node = Self {
+                distance_mm: LATTICE_MM,
+                height_mm: LATTICE_MM * ((first + k as f64) * LN_RATIO_STEP).exp(),
+                ..*self
+            };
+            let key = [node.gamma_deg, node.nonperp_deg, node.height_mm].map(f64::to_bits);
+            let memory = &luminaire.memory;
+            let integrals = memory.floor_integrals_or(key, || node.integrate(luminaire, steps).into());
+            for (sum, light) in around.iter_mut().zip(&*integrals) {
+                *sum = sum.plus(light.scaled(*weight));
+            }
+        }
+        around.into()
     }
 
     /// The sum over the ways of the light, with the luminaire turned to its C, C + 360°/n, … for all `n` of `steps`.
@@ -261,7 +264,6 @@ mod tests {
                 gamma_deg,
                 nonperp_deg: 0.0,
                 distance_mm: distance,
-                stated_mm: distance,
                 height_mm: height,
             };
             let found = place.light(&luminaire).illuminance_lx;
@@ -284,8 +286,8 @@ mod tests {
         }
     }
 
-    /// Between the lattice's points, and where an effect moves the detector or leans the axis: against the integral
-    /// itself, for a lamp whose beam is narrow and differs over C.
+    /// Between the lattice's points, over floors of many heights, and where an effect moves the detector or leans the
+    /// axis: against the integral itself, for a lamp whose beam is narrow and differs over C.
     #[test]
     fn the_lattice_is_the_integral() {
         let gamma: Vec<f64> = (0..=90).map(f64::from).collect();
@@ -301,19 +303,18 @@ mod tests {
             .collect();
         let distribution = IntensityDistribution::new(c.clone(), gamma.clone(), intensity).unwrap();
         let luminaire = Luminaire::new(distribution, Emitter::Point {}, Spectral::None);
-        let place = |c_deg: f64, gamma_deg: f64, moved_mm: f64| OverFloor {
+        let place = |c_deg: f64, gamma_deg: f64, moved_mm: f64, height_mm: f64| OverFloor {
             c_deg,
             gamma_deg,
             nonperp_deg: 0.05 * moved_mm,
             distance_mm: 2000.0 + moved_mm,
-            stated_mm: 2000.0,
-            height_mm: 1200.0,
+            height_mm,
         };
-        let largest = place(270.0, 60.0, 0.0).integrate(&luminaire, 1)[0].illuminance_lx;
+        let largest = place(270.0, 60.0, 0.0, 1200.0).integrate(&luminaire, 1)[0].illuminance_lx;
         for k in 0..60 {
             let (c_deg, gamma_deg) = (f64::from(k * 37 % 360) + 0.3, 3.1 * f64::from(k) - 92.7);
             let moved_mm = f64::from(k % 5) * 5.0 - 10.0;
-            let place = place(c_deg, gamma_deg, moved_mm);
+            let place = place(c_deg, gamma_deg, moved_mm, 800.0 + f64::from(k * 41 % 1200));
             let (quick, exact) = (place.light(&luminaire), place.integrate(&luminaire, 1)[0]);
             let off = (quick.illuminance_lx - exact.illuminance_lx).abs();
             assert!(

@@ -7,11 +7,11 @@ use glam::DVec3;
 
 use crate::lobe::Lobe;
 
-/// γ, lean of the axis, distance, height.
-pub(crate) type RowKey = [u64; 4];
+/// γ, lean of the axis, height over distance.
+pub(crate) type RowKey = [u64; 3];
 
-/// C, γ, lean of the axis, distance, stated distance, height.
-pub(crate) type FloorKey = [u64; 6];
+/// C, γ, lean of the axis, distance, height.
+pub(crate) type FloorKey = [u64; 5];
 
 /// Light from the floor at albedo 1, and where it left the lamp.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -55,6 +55,7 @@ pub(crate) type SeenLight = Vec<NodeLight>;
 pub(crate) struct Memory {
     floor: Kept<FloorKey, FloorLight>,
     floor_rows: Kept<RowKey, Arc<[FloorLight]>>,
+    floor_integrals: Kept<RowKey, Arc<[FloorLight]>>,
     seen: Kept<Vec<u64>, Arc<SeenLight>>,
     lobes: Kept<Vec<u64>, Option<Arc<Lobe>>>,
 }
@@ -69,6 +70,12 @@ impl Memory {
     /// The light of the floor at one γ for C evenly around the circle: 2 kB each.
     pub fn floor_row_or(&self, key: RowKey, compute: impl FnOnce() -> Arc<[FloorLight]>) -> Arc<[FloorLight]> {
         self.floor_rows.get_or(key, |kept| kept.len() >= 4_000, compute)
+    }
+
+    /// The same at one height of the lattice. A fit of the height and the distances of a plan need a few dozen of these,
+    /// at fifty γ and three leans of the axis.
+    pub fn floor_integrals_or(&self, key: RowKey, compute: impl FnOnce() -> Arc<[FloorLight]>) -> Arc<[FloorLight]> {
+        self.floor_integrals.get_or(key, |kept| kept.len() >= 10_000, compute)
     }
 
     /// The light of the emitter's nodes at the places of a sensor, 32 bytes each: those of a hundred maps of 24 × 24
