@@ -127,38 +127,25 @@ await inBrowser(async (browser) => {
   await changed(page, "exposure", exposure);
   step("rays against the noise-free solution");
   await page.waitForFunction(() => /standard error of the mean is/.test(document.getElementById("rays-text").textContent), null, { timeout: PATIENCE });
-  const times = await page.evaluate(async () => {
-    const ask = async (distance) => {
-      const began = performance.now();
-      const answer = await fetch("/api/study", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ study: "illuminated", requested: { distance_mm: distance } }) });
-      await answer.json();
-      return performance.now() - began;
-    };
-    const all = [];
-    for (let at = 0; at < 20; at += 1) all.push(await ask(400 + 10 * at));
-    return all.sort((a, b) => a - b);
-  });
-  console.log(`  a move of a slider is answered in ${times[10].toFixed(0)} ms (median), ${times[19].toFixed(0)} ms at most`);
   await themes(page, "simulation");
   await narrow(page, "simulation");
 
   step("the report looks the same from the page and as a file, and complains of nothing");
-  for (const [name, address] of [["page", `http://127.0.0.1:${port}/report`], ["file", `file://${join(folder, "bench/day/results/report.html")}`]]) {
-    for (const colorScheme of ["light", "dark"]) {
-      const report = await context.newPage();
-      await report.emulateMedia({ colorScheme });
-      watch(report, complaints);
-      await report.goto(address);
-      await report.waitForSelector(".viewer[data-drawn=webgl] .stage[data-turned]", { timeout: PATIENCE });
-      await explored(report);
-      await report.screenshot({ path: join(pictures, `report-${name}-${colorScheme}.png`), fullPage: true });
-      await report.close();
-    }
+  const file = `file://${join(folder, "bench/day/results/report.html")}`;
+  for (const [name, address, colorScheme] of [["page", `http://127.0.0.1:${port}/report`, "light"], ["file", file, "dark"]]) {
+    const report = await context.newPage();
+    await report.emulateMedia({ colorScheme });
+    watch(report, complaints);
+    await report.goto(address);
+    await report.waitForSelector(".viewer[data-drawn=webgl] .stage[data-turned]", { timeout: PATIENCE });
+    await explored(report);
+    await report.screenshot({ path: join(pictures, `report-${name}-${colorScheme}.png`), fullPage: true });
+    await report.close();
   }
   const old = await context.newPage();
   watch(old, complaints);
   await old.addInitScript(() => { HTMLCanvasElement.prototype.getContext = ((own) => function get(kind, ...more) { return kind.startsWith("webgl") ? null : own.call(this, kind, ...more); })(HTMLCanvasElement.prototype.getContext); });
-  await old.goto(`file://${join(folder, "bench/day/results/report.html")}`);
+  await old.goto(file);
   await old.waitForSelector(".viewer[data-drawn=svg] .stage svg path", { timeout: PATIENCE, state: "attached" });
   await old.locator(".viewer").screenshot({ path: join(pictures, "report-no-webgl.png") });
   await old.close();
