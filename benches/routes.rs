@@ -25,7 +25,7 @@ use isolux_sim::source::{LightSource, Shape};
 use isolux_sim::table::IntensityTable;
 
 #[expect(dead_code, reason = "tests take more of it")]
-#[path = "../crates/sim/tests/generated/mod.rs"]
+#[path = "../crates/sim/tests/suite/generated.rs"]
 mod generated;
 
 /// What a group of scenes is called, and the scenes.

@@ -1,1 +1,1 @@
-//! The rules of `docs/architecture.md`, proved over `cargo metadata`: see `tests/rules.rs`.
+//! The rules of `docs/architecture.md`, proved over `cargo metadata`: see `tests/suite/rules.rs`.

@@ -3,7 +3,7 @@
 //! Each effect is one file: its paragraph of the book, what it is called, what it belongs to, its keys with units and
 //! plausible ranges, where it shows, what looks like it and which measurement tells them apart, and its formula as one
 //! or more [`Act`]s on the prediction. The prediction asks the acts in the fixed order of the physics, whatever the
-//! order in a model file. The book's page is made from these files (`tests/page.rs`).
+//! order in a model file. The book's page is made from these files (`tests/suite/page.rs`).
 
 mod act;
 mod sentence;

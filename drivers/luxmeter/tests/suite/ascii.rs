@@ -284,7 +284,7 @@ async fn codes_are_qualities_errors_are_told_and_a_dead_meter_is_asked_four_time
 #[tokio::test(start_paused = true)]
 async fn a_file_begins_in_the_folder_of_the_station_and_what_is_wrong_is_one_message() {
     let folder = tempfile::tempdir().unwrap();
-    let template = include_str!("../profiles/template.toml");
+    let template = include_str!("../../profiles/template.toml");
     std::fs::write(
         folder.path().join("meter.toml"),
         template.replace("template, no real", "our"),

@@ -2,12 +2,10 @@
 //! pixel against a far tighter solution, which for extended emitters goes another way (chords where the map takes
 //! outlines, and the reverse).
 
-mod generated;
-
 use isolux_sim::inverse::{self, Accuracy, Estimate, Routes};
 use isolux_sim::source::Shape;
 
-use self::generated::scene;
+use crate::generated::{self, scene};
 
 /// What the pixels of a scene showed.
 #[derive(Default)]

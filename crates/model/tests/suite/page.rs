@@ -1,4 +1,4 @@
-//! The book's page of the effects is made from their files: `WRITE_PAGE=1 cargo test -p isolux-model --test page`
+//! The book's page of the effects is made from their files: `WRITE_PAGE=1 cargo test -p isolux-model --test suite page`
 //! writes it. What stands before its first section is written by hand and kept.
 
 use std::f64::consts::TAU;
@@ -23,7 +23,7 @@ fn the_page_of_effects_is_what_their_files_say() {
     for (written, made) in page.lines().zip(made.lines()) {
         assert_eq!(
             written, made,
-            "docs/src/effects.md: write it with WRITE_PAGE=1 cargo test -p isolux-model --test page"
+            "docs/src/effects.md: write it with WRITE_PAGE=1 cargo test -p isolux-model --test suite page"
         );
     }
     assert_eq!(page.len(), made.len(), "docs/src/effects.md ends elsewhere");

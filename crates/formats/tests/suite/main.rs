@@ -1,0 +1,8 @@
+//! Files read and written: whole ones, damaged ones, and those of other programs.
+
+mod coordinates;
+mod damage;
+mod openings;
+mod photometric;
+mod ratings;
+mod spectral;

@@ -1,0 +1,5 @@
+//! Drivers of axes on scripted instruments.
+
+mod ascii;
+mod oriental;
+mod zaber;

@@ -1,0 +1,4 @@
+//! Drivers of spectroradiometers on scripted instruments.
+
+mod obp;
+mod ooi;

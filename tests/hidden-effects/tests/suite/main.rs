@@ -1,0 +1,4 @@
+//! A small suite of hidden effects with fixed seeds, judged by what is claimed.
+
+mod colour;
+mod verdicts;

@@ -1,0 +1,4 @@
+//! A few cases of the two days.
+
+mod spectra;
+mod workflow;
