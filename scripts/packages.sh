@@ -2,8 +2,8 @@
 # Installs the Debian packages that building and testing need and that a fresh Debian 12 with a Rust toolchain may lack.
 # Run as root, or with sudo at hand; does nothing where everything is there.
 set -euo pipefail
-# mbpoll and Python packages (tests/peers/python.sh) speak Modbus (tests/modbus) and SCPI (tests/scpi) with us;
-# chromium, driven from node, looks at the local page (tests/browser); umockdev shows libusb the twins of USB instruments (tests/usb);
+# mbpoll and Python packages (tests/peers/python.sh) speak Modbus and SCPI with us, and umockdev shows libusb the twins of
+# USB instruments (tests/interoperability); chromium, driven from node, looks at the local page (tests/browser);
 # minisign checks signatures of runs and makes some (crates/cli/tests/suite/verify.rs).
 needed=(gcc:gcc pkg-config:pkg-config mbpoll:mbpoll python3:python3 node:nodejs npm:npm chromium:chromium minisign:minisign)
 missing=()

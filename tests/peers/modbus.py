@@ -1,4 +1,4 @@
-"""pymodbus in both roles, for tests/modbus.
+"""pymodbus in both roles, for tests/interoperability.
 
     modbus.py serve-tcp             a server with MBAP frames on a free port; prints the port
     modbus.py serve-rtu PATH        a server on a serial line, 9600 8N1; prints "ready"

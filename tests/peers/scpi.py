@@ -1,4 +1,4 @@
-"""pyvisa-py as a client of an SCPI instrument, for tests/scpi.
+"""pyvisa-py as a client of an SCPI instrument, for tests/interoperability.
 
     scpi.py meter WHERE     identity, numeric items, a reading, the error queue of a power meter, as JSON
     scpi.py supply WHERE    levels, output, measurements and the error queue of a supply, as JSON

@@ -1,8 +1,5 @@
 //! pyvisa-py as a client of our SCPI twins, over TCP and on ptys; and what it says when a twin answers wrongly.
 
-#[path = "../../modbus/tests/peers/mod.rs"]
-mod peers;
-
 use std::time::Duration;
 
 use isolux_darkroom::Darkroom;
@@ -12,6 +9,8 @@ use isolux_virtual::{Instrument, Serving, VirtualRoom};
 use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
+
+use crate::peers;
 
 /// A room with a power meter and a supply, the meter without noise; the supply feeds the lamp, or is off.
 fn room(lamp: bool) -> VirtualRoom {
@@ -75,8 +74,7 @@ fn meter_errors(room: &VirtualRoom, stated: &Value) -> Vec<String> {
     wrong
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
+pub async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
     let room = room(true);
     // The lamp draws what it draws once it burns.
     tokio::time::sleep(Duration::from_secs(3)).await;
@@ -91,8 +89,7 @@ async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pyvisa_switches_our_supply_over_tcp_and_on_a_line() {
+pub async fn pyvisa_switches_our_supply_over_tcp_and_on_a_line() {
     let room = room(false);
     let (tcp, _serving) = served(&room, Instrument::Supply, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Supply, Offer::Pty).await;
@@ -138,8 +135,7 @@ async fn liar(address: &str, from: &'static [u8], to: &'static [u8]) -> u16 {
 }
 
 /// Without this nobody would know that the tests above can fail: each field is changed on its way once.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_twin_that_answers_wrongly_is_found_out() {
+pub async fn a_twin_that_answers_wrongly_is_found_out() {
     let room = room(true);
     // The lamp draws what it draws once it burns.
     tokio::time::sleep(Duration::from_secs(3)).await;

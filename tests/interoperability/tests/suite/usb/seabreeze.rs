@@ -6,7 +6,7 @@
 
 use std::process::Stdio;
 
-use crate::bridge::{below, bridge, offered};
+use super::bridge::{below, bridge, offered};
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
 use isolux_virtual::twins::Choice;
@@ -111,8 +111,7 @@ fn peak(found: &Value) -> f64 {
     counts.iter().filter_map(Value::as_f64).fold(0.0, f64::max)
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_makers_library_reads_a_usb2000_and_sees_each_field_changed() {
+pub async fn the_makers_library_reads_a_usb2000_and_sees_each_field_changed() {
     let Some(found) = read("ocean-ooi", 50_000, unchanged).await else {
         return;
     };
@@ -168,8 +167,7 @@ async fn the_makers_library_reads_a_usb2000_and_sees_each_field_changed() {
     assert!(other["error"].is_string(), "the end mark: {other}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_makers_library_reads_an_sts_and_sees_each_field_changed() {
+pub async fn the_makers_library_reads_an_sts_and_sees_each_field_changed() {
     let Some(found) = read("ocean-obp", 50_000, unchanged).await else {
         return;
     };

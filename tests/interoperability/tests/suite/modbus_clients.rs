@@ -1,11 +1,11 @@
 //! pymodbus and mbpoll as clients of our twins, on ptys and over TCP.
 
-mod peers;
-
 use isolux_darkroom::Darkroom;
 use isolux_virtual::outlet::{Offer, Outlet, offer};
 use isolux_virtual::twins::Choice;
 use isolux_virtual::{AxisName, Instrument, Serving, Switches, VirtualRoom};
+
+use crate::peers;
 
 /// A lit room with a Modbus lux meter and Oriental Motor drives, its meter without noise.
 fn room() -> VirtualRoom {
@@ -59,8 +59,7 @@ async fn illuminated(room: &VirtualRoom) {
     tokio::time::sleep(std::time::Duration::from_secs_f64(late + 1.5)).await;
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pymodbus_reads_our_meter_in_both_frames() {
+pub async fn pymodbus_reads_our_meter_in_both_frames() {
     let room = room();
     illuminated(&room).await;
     let (tcp, _serving) = served(&room, Instrument::Luxmeter, Offer::Tcp { port: 0 }).await;
@@ -86,8 +85,7 @@ async fn pymodbus_reads_our_meter_in_both_frames() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn mbpoll_reads_our_meter_in_both_frames() {
+pub async fn mbpoll_reads_our_meter_in_both_frames() {
     let room = room();
     illuminated(&room).await;
     let (tcp, _serving) = served(&room, Instrument::Luxmeter, Offer::Tcp { port: 0 }).await;
@@ -109,8 +107,7 @@ async fn mbpoll_reads_our_meter_in_both_frames() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pymodbus_homes_and_moves_our_drives() {
+pub async fn pymodbus_homes_and_moves_our_drives() {
     let room = room();
     let (tcp, _serving) = served(&room, Instrument::Axes, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Axes, Offer::Pty).await;

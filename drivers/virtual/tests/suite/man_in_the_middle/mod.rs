@@ -2,7 +2,7 @@
 //! comes out is the truth of its own moment within the twin's noise and digit, or there is an error in its place.
 //!
 //! Short by itself. By hand: `ISOLUX_ATTACK_ROUNDS=200000 ISOLUX_ATTACK_SEED=7 cargo test --release -p isolux-virtual
-//! --test man_in_the_middle -- --nocapture` (a round is at least one request to each instrument).
+//! --test suite man_in_the_middle -- --nocapture` (a round is at least one request to each instrument).
 //!
 //! The table of twins says who is attacked, so that no twin is left out.
 

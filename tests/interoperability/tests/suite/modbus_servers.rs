@@ -1,7 +1,5 @@
 //! Our client against pymodbus' servers, on a pty and over TCP.
 
-mod peers;
-
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,6 +12,8 @@ use isolux_transport::{LineSettings, Link, LinkError, Links, Parity, Ports, Syst
 use tokio::sync::Mutex;
 use tokio::time::Instant;
 use tokio_serial::{SerialPort, SerialStream};
+
+use crate::peers;
 
 const LINE: LineSettings = LineSettings {
     baud: 9600,
@@ -113,8 +113,7 @@ async fn everything(ports: Arc<Ports>, link: &str) {
     assert_eq!(lux.value(), 132_854.0);
 }
 
-#[tokio::test]
-async fn pymodbus_serves_us_over_tcp() {
+pub async fn pymodbus_serves_us_over_tcp() {
     let Some(mut server) = peers::pymodbus(&["serve-tcp"]) else {
         return;
     };
@@ -126,8 +125,7 @@ async fn pymodbus_serves_us_over_tcp() {
     .await;
 }
 
-#[tokio::test]
-async fn pymodbus_serves_us_on_a_pty() {
+pub async fn pymodbus_serves_us_on_a_pty() {
     let (ours, theirs) = SerialStream::pair().unwrap();
     let path = theirs.name().unwrap();
     let Some(mut server) = peers::pymodbus(&["serve-rtu", &path]) else {

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use crate::bridge::{Below, bridge, offered};
+use super::bridge::{Below, bridge, offered};
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
 use isolux_virtual::{Instrument, VirtualRoom};
@@ -19,8 +19,7 @@ async fn usb2000() -> (Twin, u16) {
     (twin, port)
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn transfers_become_frames_and_a_spectrum_ends_with_its_short_packet() {
+pub async fn transfers_become_frames_and_a_spectrum_ends_with_its_short_packet() {
     let Some(bridge) = bridge() else { return };
     let (_, port) = usb2000().await;
     let mut program = Below::start(&bridge, port);
@@ -51,8 +50,7 @@ async fn transfers_become_frames_and_a_spectrum_ends_with_its_short_packet() {
     );
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn silence_is_a_timeout_and_nothing_is_lost_by_it() {
+pub async fn silence_is_a_timeout_and_nothing_is_lost_by_it() {
     let Some(bridge) = bridge() else { return };
     let (_, port) = usb2000().await;
     let mut program = Below::start(&bridge, port);
@@ -63,8 +61,7 @@ async fn silence_is_a_timeout_and_nothing_is_lost_by_it() {
     assert!(program.ask("receive 2000").await.starts_with("811000"));
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_stall_is_cleared_and_an_overflow_costs_its_answer_alone() {
+pub async fn a_stall_is_cleared_and_an_overflow_costs_its_answer_alone() {
     let Some(bridge) = bridge() else { return };
     let (twin, port) = usb2000().await;
     let mut program = Below::start(&bridge, port);
@@ -88,8 +85,7 @@ async fn a_stall_is_cleared_and_an_overflow_costs_its_answer_alone() {
     assert!(program.ask("receive 2000").await.starts_with("811000"));
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn unplugged_is_said_and_the_device_is_not_found_again() {
+pub async fn unplugged_is_said_and_the_device_is_not_found_again() {
     let Some(bridge) = bridge() else { return };
     let (twin, port) = usb2000().await;
     let mut program = Below::start(&bridge, port);
@@ -111,8 +107,7 @@ async fn unplugged_is_said_and_the_device_is_not_found_again() {
     assert!(again.contains("no such USB device (2457:101e)"), "{again}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn an_address_chooses_by_serial_number_and_a_link_is_opened_again() {
+pub async fn an_address_chooses_by_serial_number_and_a_link_is_opened_again() {
     let Some(bridge) = bridge() else { return };
     let (twin, port) = usb2000().await;
     let serial = &twin.model().strings[2];
@@ -134,8 +129,7 @@ async fn an_address_chooses_by_serial_number_and_a_link_is_opened_again() {
     assert!(language.contains("2457:4000"), "{language}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn an_instrument_that_another_link_has_is_in_use() {
+pub async fn an_instrument_that_another_link_has_is_in_use() {
     let Some(bridge) = bridge() else { return };
     let (_, port) = usb2000().await;
     let mut program = Below::start(&bridge, port);

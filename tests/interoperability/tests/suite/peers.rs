@@ -1,6 +1,5 @@
 //! Programs of others. Where they are missing a test says that it was skipped, and fails where `ISOLUX_NO_SKIP` is set.
 
-#![allow(dead_code, reason = "each test uses a part")]
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 # libusb; hotplug, reset, replug and a claim by another program are tried. For people: it downloads a kernel of 70 MB and is no
 # part of the check. Needs Debian packages qemu-system-x86 busybox-static kmod cpio python3, and no root.
 #
-#     cargo build -p isolux -p isolux-usb-tests && tests/usb/route-a.sh
+#     cargo build -p isolux -p isolux-interoperability && tests/interoperability/route-a.sh
 #
 # KERNEL=VERSION takes another package linux-image-VERSION; LIMIT=SECONDS another end than 900 s.
 set -euo pipefail
@@ -15,7 +15,7 @@ for tool in qemu-system-x86_64 busybox depmod cpio dpkg-deb python3; do
   command -v "$tool" >/dev/null || { echo "$tool is missing: apt-get install qemu-system-x86 busybox-static kmod cpio python3" >&2; exit 1; }
 done
 for program in isolux isolux-usb-client; do
-  [ -x "target/debug/$program" ] || { echo "target/debug/$program is missing: cargo build -p isolux -p isolux-usb-tests" >&2; exit 1; }
+  [ -x "target/debug/$program" ] || { echo "target/debug/$program is missing: cargo build -p isolux -p isolux-interoperability" >&2; exit 1; }
 done
 
 # The kernel that the distribution has now; old ones leave its mirror. It is unpacked, not installed.
@@ -50,7 +50,7 @@ mount -t 9p -o trans=virtio,version=9p2000.L,ro,msize=262144 host /host
 mount -t proc none /host/proc; mount -t sysfs none /host/sys; mount -o bind /dev /host/dev; mount -t tmpfs none /host/tmp
 mkdir -p /host/tmp/run; mount -t tmpfs none /host/run; mkdir -p /host/run/lock
 ip link set lo up
-chroot /host /bin/bash "$top/tests/usb/route-a-guest.sh" "$top"
+chroot /host /bin/bash "$top/tests/interoperability/route-a-guest.sh" "$top"
 echo "route A ended with \$?"
 poweroff -f
 INIT

@@ -65,7 +65,7 @@ async fn read(python: &Path, fault: Option<&str>, change: Change) -> (Value, Vir
     let (outlets, _serving) = offer(&room, &[Instrument::Axes], Offer::Tcp { port: 0 }).await.unwrap();
     let port = between(outlets[0].address.replace("tcp://", ""), change).await;
     let mut command = Command::new(python);
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/peers/zaber.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../peers/zaber.py");
     command.arg(script).arg(port.to_string()).kill_on_drop(true);
     let output = tokio::time::timeout(Duration::from_secs(90), command.output()).await;
     let output = output.expect("it ends within 90 s").unwrap();
@@ -109,8 +109,7 @@ fn another_output(reply: &str) -> String {
     reply.replace(" 1 0 0 0", " 1 1 0 0")
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_makers_library_reads_what_is_true() {
+pub async fn the_makers_library_reads_what_is_true() {
     let Some(python) = python() else { return };
     let (stated, room) = read(&python, None, as_it_is).await;
     let seed = room.with_world(|world, _| world.room().document().seed);
@@ -144,8 +143,7 @@ async fn the_makers_library_reads_what_is_true() {
     );
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_makers_library_reports_a_stall_and_an_alarm() {
+pub async fn the_makers_library_reports_a_stall_and_an_alarm() {
     let Some(python) = python() else { return };
     for (fault, flag) in [("axes stall", "FS"), ("axes alarm", "FD")] {
         let (stated, _room) = read(&python, Some(fault), as_it_is).await;
@@ -154,8 +152,7 @@ async fn the_makers_library_reports_a_stall_and_an_alarm() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_is_changed_on_the_way_is_read_otherwise() {
+pub async fn what_is_changed_on_the_way_is_read_otherwise() {
     let Some(python) = python() else { return };
     let (truth, _room) = read(&python, None, as_it_is).await;
     let changes: [(&str, Change); 5] = [

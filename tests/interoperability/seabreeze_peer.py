@@ -2,7 +2,7 @@
 
     python seabreeze_peer.py INTEGRATION_US
 
-Runs below the bridge (tests/usb/bridge.c), where its libusb sees the twin.
+Runs below the bridge (tests/interoperability/bridge.c), where its libusb sees the twin.
 """
 
 import json

@@ -2,7 +2,7 @@
 //!
 //! What the twin must have said is taken from the room, not from the driver.
 
-use crate::bridge::{Below, bridge, offered};
+use super::bridge::{Below, bridge, offered};
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
 use isolux_virtual::twins::Choice;
@@ -48,8 +48,7 @@ fn nm(room: &VirtualRoom, pixel: f64) -> f64 {
     ((d * pixel + c) * pixel + b) * pixel + a
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn ocean_ooi_reads_calibration_and_spectrum_over_usb() {
+pub async fn ocean_ooi_reads_calibration_and_spectrum_over_usb() {
     let Some(bridge) = bridge() else { return };
     let (room, _, port) = lit_room("ocean-ooi").await;
     let mut program = Below::start(&bridge, port);
@@ -71,8 +70,7 @@ async fn ocean_ooi_reads_calibration_and_spectrum_over_usb() {
     assert!(unknown.contains("unknown option baud"), "{unknown}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn ocean_obp_reads_calibration_and_spectrum_over_usb() {
+pub async fn ocean_obp_reads_calibration_and_spectrum_over_usb() {
     let Some(bridge) = bridge() else { return };
     let (room, twin, port) = lit_room("ocean-obp").await;
     let mut program = Below::start(&bridge, port);
@@ -93,8 +91,7 @@ async fn ocean_obp_reads_calibration_and_spectrum_over_usb() {
     assert_eq!(again, "S00001");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn an_instrument_that_is_unplugged_says_so() {
+pub async fn an_instrument_that_is_unplugged_says_so() {
     let Some(bridge) = bridge() else { return };
     let (_, twin, port) = lit_room("ocean-obp").await;
     let mut program = Below::start(&bridge, port);

@@ -13,7 +13,7 @@ use isolux_virtual::outlet::{Offer, offer};
 use isolux_virtual::twins::Choice;
 use isolux_virtual::{VirtualRoom, station};
 
-use crate::bridge::{Below, bridge};
+use super::bridge::{Below, bridge};
 
 /// A room without injected effects whose axes and meter are quick.
 const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[injected_effects]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n\
@@ -115,8 +115,7 @@ async fn agree(driver: &str) {
 }
 
 // One after the other: below the bridge both are the first device of the first bus, and one process may own that.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_scan_with_the_spectrometer_on_usb_reads_what_it_reads_over_tcp() {
+pub async fn a_scan_with_the_spectrometer_on_usb_reads_what_it_reads_over_tcp() {
     agree("ocean-ooi").await;
     agree("ocean-obp").await;
 }

@@ -17,18 +17,18 @@ instrument() {
   step "$driver: hotplug"
   "$isolux" virtual spectroradiometer --spectroradiometer "$driver" --usbip "$port" --lasts-s 3600 > "/tmp/$driver" &
   wait_for grep -q attach "/tmp/$driver"
-  python3 tests/usb/route_a.py attach "$port" "$at"
+  python3 tests/interoperability/route_a.py attach "$port" "$at"
   wait_for plugged "$product"
   "$isolux" devices | grep "2457:$product"
   step "$driver: one spectrum"
   echo "read $driver:usb: 20" | "$client" | tee "/tmp/$driver.first" | cut -c1-100
   grep -qv error "/tmp/$driver.first"
   step "$driver: reset, then another spectrum"
-  python3 tests/usb/route_a.py reset "$product"
+  python3 tests/interoperability/route_a.py reset "$product"
   echo "read $driver:usb: 20" | "$client" | cut -c1-100 | tee /tmp/again
   grep -qv error /tmp/again
   step "$driver: another program has claimed it"
-  python3 tests/usb/route_a.py claim "$product" /tmp/claimed &
+  python3 tests/interoperability/route_a.py claim "$product" /tmp/claimed &
   local claimer=$!
   wait_for test -e /tmp/claimed
   echo "read $driver:usb: 20" | "$client" | tee /tmp/claim
@@ -42,7 +42,7 @@ instrument() {
   wait_for unplugged "$product"
   echo "read $driver:usb: 20" | "$client" | tee /tmp/gone
   grep -q error /tmp/gone
-  python3 tests/usb/route_a.py attach "$port" "$at"
+  python3 tests/interoperability/route_a.py attach "$port" "$at"
   wait_for plugged "$product"
   echo "read $driver:usb: 20" | "$client" | cut -c1-100 | tee /tmp/again
   grep -qv error /tmp/again
