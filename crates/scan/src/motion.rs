@@ -351,10 +351,11 @@ pub async fn stop<P: Coordinate>(
                 ));
             }
         };
-        // A damaged or late answer may hide a good stop: ask again while there is time.
+        // A damaged or late answer may hide a good stop: ask again while there is time. A link that is lost stays lost,
+        // and somebody has to be told at once to switch the axes off.
         let again = matches!(
             error.kind(),
-            ErrorKind::Timeout | ErrorKind::Malformed | ErrorKind::Fault | ErrorKind::Disconnected
+            ErrorKind::Timeout | ErrorKind::Malformed | ErrorKind::Fault
         );
         let over = Instant::now() + Duration::from_secs(1) > deadline && !awake::missed(deadline);
         if !again || over {

@@ -312,8 +312,14 @@ async fn an_axis_that_cannot_be_stopped_wins_over_every_other_end() {
         faults.lock().unwrap().stop_fails = true;
         signal.cancel("SIGINT");
     });
+    let began = Instant::now();
     let error = scan(&mut devices, &plan, &mut run, &cancel, None).await.unwrap_err();
     assert_eq!(error.kind(), ScanErrorKind::Instrument);
+    let after = began.elapsed().saturating_sub(Duration::from_secs(1850));
+    assert!(
+        after < Duration::from_secs(10),
+        "its link is lost: it is said after {after:?}"
+    );
     assert!(
         error.to_string().contains("axis.c could not be verified at rest"),
         "{error}"
