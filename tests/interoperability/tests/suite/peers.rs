@@ -30,7 +30,8 @@ fn missing(what: &str) {
     eprintln!("skipped 1 test: {what}");
 }
 
-fn python() -> Option<PathBuf> {
+/// The Python that has the pinned packages.
+pub fn python() -> Option<PathBuf> {
     let home = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../peers-python");
     let installed = std::fs::read_to_string(home.join("requirements.txt"));
     if installed.is_ok_and(|installed| installed == include_str!("../../../peers/requirements.txt")) {

@@ -1,12 +1,8 @@
 //! Zaber's own library `zaber-motion` (`tests/peers/zaber.py`) homes, moves, stops and switches the axes' twin over
 //! TCP, and reads what is true. Each field that it reads is changed on its way once: it must then read something else,
 //! or fail.
-//!
-//! Without the library the test says that it was skipped, and fails where `ISOLUX_NO_SKIP` is set.
 
-#![expect(clippy::print_stderr, reason = "a skipped test says so")]
-
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use isolux_darkroom::Darkroom;
@@ -17,24 +13,11 @@ use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, copy};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::process::Command;
 
+use crate::peers::python;
+
 /// Axes that are quick.
 const ROOM: &str =
     "[injected_effects]\nonly = true\n[axis.c]\nspeed_deg_s = 200.0\naccel_deg_s2 = 4000.0\nstart_deg = 10.0\n";
-
-fn python() -> Option<PathBuf> {
-    let python = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../peers-python/bin/python");
-    let found = python.exists()
-        && std::process::Command::new(&python)
-            .args(["-c", "import zaber_motion"])
-            .output()
-            .is_ok_and(|output| output.status.success());
-    if !found {
-        let what = "no zaber-motion here (tests/peers/python.sh installs it)";
-        assert!(std::env::var_os("ISOLUX_NO_SKIP").is_none(), "{what}");
-        eprintln!("skipped 1 test: {what}");
-    }
-    found.then_some(python)
-}
 
 /// Carries requests as they are, and of the replies what `change` makes of each line.
 async fn between(twin: String, change: Change) -> u16 {

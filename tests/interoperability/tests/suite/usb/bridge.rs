@@ -1,6 +1,7 @@
 //! Compiles the bridge and starts programs below it.
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
@@ -56,7 +57,7 @@ pub async fn offered(twins: Vec<Twin>) -> u16 {
 }
 
 /// A command line below the bridge, with the first device of `port`.
-pub fn below(bridge: &Path, port: u16, program: &str) -> tokio::process::Command {
+pub fn below(bridge: &Path, port: u16, program: impl AsRef<OsStr>) -> tokio::process::Command {
     let mut command = tokio::process::Command::new(bridge);
     command.arg(port.to_string()).arg("1-1").arg(program);
     command.env("LD_PRELOAD", "libumockdev-preload.so.0").kill_on_drop(true);

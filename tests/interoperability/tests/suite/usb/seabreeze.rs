@@ -7,6 +7,7 @@
 use std::process::Stdio;
 
 use super::bridge::{below, bridge, offered};
+use crate::peers::python;
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
 use isolux_virtual::twins::Choice;
@@ -16,24 +17,6 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 
 /// What becomes of an answer on its way: the bytes of a frame (OOI) or message (OBP).
 type Change = fn(&mut Vec<u8>);
-
-/// The Python that has the library; `None` where it was not installed, which fails where `ISOLUX_NO_SKIP` is set.
-fn python() -> Option<String> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/peers-python/bin/python");
-    let installed = std::process::Command::new(path)
-        .args(["-c", "import seabreeze"])
-        .output();
-    if installed.is_ok_and(|output| output.status.success()) {
-        return Some(path.to_owned());
-    }
-    let reason = "no seabreeze here: run tests/peers/python.sh";
-    assert!(std::env::var_os("ISOLUX_NO_SKIP").is_none(), "{reason}");
-    #[allow(clippy::print_stderr, reason = "a skipped test says so")]
-    {
-        eprintln!("skipped: {reason}");
-    }
-    None
-}
 
 /// What the library reads of the spectroradiometer that `driver` reaches, with every answer changed by `change`.
 async fn read(driver: &str, microseconds: u32, change: Change) -> Option<Value> {
