@@ -72,8 +72,8 @@ impl Memory {
         self.floor_rows.get_or(key, |kept| kept.len() >= 4_000, compute)
     }
 
-    /// The same at one height of the lattice. A fit of the height and the distances of a plan need a few dozen of these,
-    /// at fifty γ and three leans of the axis.
+    /// The same at one height of the lattice. A fit of the height and the distances of a plan need a few dozen of
+    /// these, at fifty γ and three leans of the axis.
     pub fn floor_integrals_or(&self, key: RowKey, compute: impl FnOnce() -> Arc<[FloorLight]>) -> Arc<[FloorLight]> {
         self.floor_integrals.get_or(key, |kept| kept.len() >= 10_000, compute)
     }

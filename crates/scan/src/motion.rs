@@ -351,8 +351,8 @@ pub async fn stop<P: Coordinate>(
                 ));
             }
         };
-        // A damaged or late answer may hide a good stop: ask again while there is time. A link that is lost stays lost,
-        // and somebody has to be told at once to switch the axes off.
+        // A damaged or late answer may hide a good stop: ask again while there is time. A lost link is never opened
+        // again: report it at once, because only a person can still stop the axis.
         let again = matches!(
             error.kind(),
             ErrorKind::Timeout | ErrorKind::Malformed | ErrorKind::Fault

@@ -318,7 +318,7 @@ async fn an_axis_that_cannot_be_stopped_wins_over_every_other_end() {
     let after = began.elapsed().saturating_sub(Duration::from_secs(1850));
     assert!(
         after < Duration::from_secs(10),
-        "its link is lost: it is said after {after:?}"
+        "the lost link is reported only after {after:?}"
     );
     assert!(
         error.to_string().contains("axis.c could not be verified at rest"),

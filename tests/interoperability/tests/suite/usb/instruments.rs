@@ -3,10 +3,9 @@
 //! What the twin must have said is taken from the room, not from the driver.
 
 use super::bridge::{Below, bridge, offered};
-use isolux_darkroom::Darkroom;
+use super::illuminated;
 use isolux_usbip::Twin;
-use isolux_virtual::twins::Choice;
-use isolux_virtual::{Instrument, Switches, VirtualRoom};
+use isolux_virtual::{Instrument, VirtualRoom};
 
 /// Serial number, first and last wavelength in nm, counts.
 fn parsed(answer: &str) -> (String, f64, f64, Vec<f64>) {
@@ -26,17 +25,7 @@ fn parsed(answer: &str) -> (String, f64, f64, Vec<f64>) {
 
 /// A lit room in which `driver` reaches the spectroradiometer, offered over USB/IP.
 async fn lit_room(driver: &str) -> (VirtualRoom, Twin, u16) {
-    let mut choice = Choice::default();
-    choice.choose(Instrument::Spectroradiometer, driver).unwrap();
-    let room = VirtualRoom::open_with(Darkroom::default(), &choice);
-    room.with_world(|world, now_s| {
-        let illuminated = Switches {
-            lamp: true,
-            shutter_open: true,
-            baffle_in: false,
-        };
-        world.set_switches(illuminated, now_s);
-    });
+    let room = illuminated(driver);
     let twin = isolux_virtual::usb::device(&room, Instrument::Spectroradiometer).unwrap();
     let port = offered(vec![twin.clone()]).await;
     (room, twin, port)

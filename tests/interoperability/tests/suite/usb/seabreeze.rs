@@ -7,11 +7,10 @@
 use std::process::Stdio;
 
 use super::bridge::{below, bridge, offered};
+use super::illuminated;
 use crate::peers::python;
-use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
-use isolux_virtual::twins::Choice;
-use isolux_virtual::{Instrument, Switches, VirtualRoom};
+use isolux_virtual::Instrument;
 use serde_json::Value;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 
@@ -21,17 +20,7 @@ type Change = fn(&mut Vec<u8>);
 /// What the library reads of the spectroradiometer that `driver` reaches, with every answer changed by `change`.
 async fn read(driver: &str, microseconds: u32, change: Change) -> Option<Value> {
     let (bridge, python) = (bridge()?, python()?);
-    let mut choice = Choice::default();
-    choice.choose(Instrument::Spectroradiometer, driver).unwrap();
-    let room = VirtualRoom::open_with(Darkroom::default(), &choice);
-    room.with_world(|world, now_s| {
-        let illuminated = Switches {
-            lamp: true,
-            shutter_open: true,
-            baffle_in: false,
-        };
-        world.set_switches(illuminated, now_s);
-    });
+    let room = illuminated(driver);
     let model = isolux_virtual::usb::device(&room, Instrument::Spectroradiometer)
         .unwrap()
         .model()
