@@ -10,6 +10,8 @@ pub enum ErrorKind {
     Timeout,
     /// The link is gone. Reopen it, check the identity, then repeat the point.
     Disconnected,
+    /// Another process has taken the instrument over and may be working with it: nothing was sent.
+    TakenOver,
     /// Bytes arrived that are no answer: damaged, out of order, wrong checksum. Trying again is safe.
     Malformed,
     /// The device understood and said no.
@@ -45,6 +47,16 @@ pub enum DeviceError {
         /// What was asked.
         action: String,
         /// What the operating system said.
+        reason: String,
+    },
+    /// The instrument belongs to another process now.
+    #[error("{device}: {action} was not sent: {reason}")]
+    TakenOver {
+        /// Driver and target.
+        device: String,
+        /// What was to be asked.
+        action: String,
+        /// Which process has it.
         reason: String,
     },
     /// An answer that is none.
@@ -154,6 +166,7 @@ impl DeviceError {
         match self {
             Self::Timeout { .. } => ErrorKind::Timeout,
             Self::Disconnected { .. } => ErrorKind::Disconnected,
+            Self::TakenOver { .. } => ErrorKind::TakenOver,
             Self::Malformed { .. } => ErrorKind::Malformed,
             Self::Refused { .. } => ErrorKind::Refused,
             Self::OutOfTravel { .. } => ErrorKind::OutOfTravel,
@@ -167,6 +180,7 @@ impl DeviceError {
         match self {
             Self::Timeout { device, .. }
             | Self::Disconnected { device, .. }
+            | Self::TakenOver { device, .. }
             | Self::Malformed { device, .. }
             | Self::Refused { device, .. }
             | Self::OutOfTravel { device, .. }

@@ -1,6 +1,6 @@
 //! How a scan fails.
 
-use isolux_device::DeviceError;
+use isolux_device::{DeviceError, ErrorKind};
 use isolux_record::document::Fault;
 use isolux_record::run::RunError;
 use isolux_record::spectra::SpectrumError;
@@ -363,9 +363,38 @@ fn reference(found_lx: Option<f64>, expected_lx: Option<f64>, allowed_lx: f64, a
 }
 
 fn not_at_rest(axes: &[(&'static str, DeviceError)]) -> String {
-    let names: Vec<String> = axes
-        .iter()
-        .map(|(role, error)| format!("{role} could not be verified at rest ({error})"))
-        .collect();
-    format!("{}; SWITCH THE AXES OFF BY HAND", names.join("; "))
+    let taken_over = |error: &DeviceError| error.kind() == ErrorKind::TakenOver;
+    let names = axes.iter().map(|(role, error)| match taken_over(error) {
+        true => format!("{role} was not stopped ({error})"),
+        false => format!("{role} could not be verified at rest ({error})"),
+    });
+    let names = names.collect::<Vec<_>>().join("; ");
+    // What moves an axis that another process has taken over may be a good scan.
+    match axes.iter().all(|(_, error)| taken_over(error)) {
+        true => format!("{names}; what the axes do now is up to that process"),
+        false => format!("{names}; SWITCH THE AXES OFF BY HAND"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_process_drives_is_not_to_be_switched_off() {
+        let (device, action) = ("zaber:/dev/ttyUSB0", "stop");
+        let taken_over = |role| {
+            let (device, action) = (device.to_owned(), action.to_owned());
+            let reason = "the instrument was taken over by isolux scan".to_owned();
+            (role, DeviceError::TakenOver { device, action, reason })
+        };
+        let words = not_at_rest(&[taken_over("axis.c"), taken_over("axis.gamma")]);
+        assert!(
+            words.contains("taken over by isolux scan") && !words.contains("BY HAND"),
+            "{words}"
+        );
+        let fault = ("rail", DeviceError::fault(device, action, "it still moves", Vec::new()));
+        let words = not_at_rest(&[taken_over("axis.c"), fault]);
+        assert!(words.contains("BY HAND"), "an axis that nobody drives: {words}");
+    }
 }

@@ -127,7 +127,11 @@ impl ScpiScope {
         let mut tries = 1;
         loop {
             match self.instrument.command(&message).await {
-                Err(error) if tries < TRIES && error.kind() != ErrorKind::Disconnected => tries += 1,
+                Err(error)
+                    if tries < TRIES && !matches!(error.kind(), ErrorKind::Disconnected | ErrorKind::TakenOver) =>
+                {
+                    tries += 1
+                }
                 sent => return sent,
             }
         }

@@ -153,9 +153,7 @@ impl<C: Conversation> ExclusiveAccess<'_, C> {
         patience: Duration,
         deadline: Instant,
     ) -> Result<Exchanged<C::Answer>, BusError> {
-        let gone = || BusError::Disconnected {
-            reason: "the link was lost before".to_owned(),
-        };
+        let gone = || self.bus.port.lost();
         let (reply, answer) = oneshot::channel();
         let job = Job {
             place: self.bus.place,

@@ -1,9 +1,12 @@
 //! What comes of a request: its answer, or why there is none.
 
+use std::io;
 use std::time::Duration;
 
 use isolux_device::{DeviceError, ErrorKind};
 use tokio::time::Instant;
+
+use crate::owner::TakenOver;
 
 /// Why a request has no answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,6 +23,11 @@ pub enum BusError {
         /// What the system said.
         reason: String,
     },
+    /// Another process has taken the instrument over; this bus sends nothing more.
+    TakenOver {
+        /// Which.
+        reason: String,
+    },
     /// Bytes came that are none.
     Malformed {
         /// What is wrong with them.
@@ -30,6 +38,15 @@ pub enum BusError {
 }
 
 impl BusError {
+    /// What the link said when it ended.
+    pub(crate) fn of_link(error: &io::Error) -> Self {
+        let reason = error.to_string();
+        match error.get_ref().is_some_and(|inner| inner.is::<TakenOver>()) {
+            true => Self::TakenOver { reason },
+            false => Self::Disconnected { reason },
+        }
+    }
+
     /// The same, as the failure of `action` on `device`.
     pub fn during(self, device: &str, action: &str) -> DeviceError {
         let (device, action) = (device.to_owned(), action.to_owned());
@@ -41,6 +58,7 @@ impl BusError {
                 received,
             },
             Self::Disconnected { reason } => DeviceError::Disconnected { device, action, reason },
+            Self::TakenOver { reason } => DeviceError::TakenOver { device, action, reason },
             Self::Malformed { reason, frame } => DeviceError::Malformed {
                 device,
                 action,
@@ -52,7 +70,7 @@ impl BusError {
 
     /// Whether the same request may be answered when it is made again.
     pub const fn is_worth_another_try(&self) -> bool {
-        !matches!(self, Self::Disconnected { .. })
+        !matches!(self, Self::Disconnected { .. } | Self::TakenOver { .. })
     }
 }
 

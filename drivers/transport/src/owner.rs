@@ -168,6 +168,11 @@ fn lost(lock: &Lock) -> String {
     }
 }
 
+/// Why nothing is sent to an instrument any more: another process has taken it over, and which.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct TakenOver(String);
+
 /// A link that says nothing more to its instrument once somebody else owns it.
 pub(crate) struct Owned {
     pub link: Box<dyn Link>,
@@ -184,7 +189,7 @@ impl AsyncWrite for Owned {
     fn poll_write(self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let this = self.get_mut();
         if let Some(lock) = this.locks.iter().find(|lock| !lock.is_ours()) {
-            return Poll::Ready(Err(io::Error::new(io::ErrorKind::PermissionDenied, lost(lock))));
+            return Poll::Ready(Err(io::Error::other(TakenOver(lost(lock)))));
         }
         Pin::new(&mut this.link).poll_write(cx, bytes)
     }

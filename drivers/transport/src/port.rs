@@ -2,7 +2,7 @@
 
 use std::any::{Any, TypeId};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use isolux_conversation::{Conversation, Event};
@@ -40,6 +40,7 @@ pub(crate) struct Port {
     turn: Arc<tokio::sync::Mutex<()>>,
     /// The conversations in the order of their places.
     joined: Arc<Mutex<Vec<TypeId>>>,
+    lost: Arc<OnceLock<BusError>>,
 }
 
 impl Port {
@@ -47,12 +48,13 @@ impl Port {
     pub fn spawn(link: Box<dyn Link>, address: &str) -> Self {
         let (messages, queue) = mpsc::channel(32);
         let unsolicited = Arc::<AtomicU64>::default();
+        let lost = Arc::<OnceLock<BusError>>::default();
         let owner = Owner {
             address: address.to_owned(),
             link,
             conversations: Vec::new(),
             quiet: None,
-            lost: None,
+            lost: Arc::clone(&lost),
             unsolicited: Arc::clone(&unsolicited),
         };
         tokio::spawn(owner.serve(queue));
@@ -61,6 +63,7 @@ impl Port {
             unsolicited,
             turn: Arc::default(),
             joined: Arc::default(),
+            lost,
         }
     }
 
@@ -92,6 +95,14 @@ impl Port {
 
     pub fn is_closed(&self) -> bool {
         self.messages.is_closed()
+    }
+
+    /// Why the link is gone.
+    pub fn lost(&self) -> BusError {
+        let lost = self.lost.get().cloned();
+        lost.unwrap_or_else(|| BusError::Disconnected {
+            reason: "what served the link has ended".to_owned(),
+        })
     }
 
     /// The right to send; in the order in which it is asked for.
@@ -159,13 +170,14 @@ struct Owner {
     link: Box<dyn Link>,
     conversations: Vec<Box<dyn Language>>,
     quiet: Option<Quiet>,
-    lost: Option<String>,
+    /// Why the link is gone; whoever asks later is told too.
+    lost: Arc<OnceLock<BusError>>,
     unsolicited: Arc<AtomicU64>,
 }
 
 impl Owner {
     async fn serve(mut self, mut queue: mpsc::Receiver<Message>) {
-        while self.lost.is_none() {
+        while self.lost.get().is_none() {
             tokio::select! {
                 biased;
                 message = queue.recv() => match message {
@@ -182,10 +194,9 @@ impl Owner {
             }
         }
         queue.close();
-        let reason = self.lost.unwrap_or_default();
         while let Some(message) = queue.recv().await {
-            if let Message::Ask(job) = message {
-                let _ = job.reply.send(Err(BusError::Disconnected { reason: reason.clone() }));
+            if let (Message::Ask(job), Err(lost)) = (message, self.still_connected()) {
+                let _ = job.reply.send(Err(lost));
             }
         }
     }
@@ -277,9 +288,8 @@ impl Owner {
         match awake::until(deadline, sent).await {
             Some(Ok(())) => {}
             Some(Err(error)) => {
-                let reason = error.to_string();
-                self.lost = Some(reason.clone());
-                return Err(BusError::Disconnected { reason });
+                let lost = BusError::of_link(&error);
+                return Err(self.lost.get_or_init(|| lost).clone());
             }
             None => return Err(self.give_up(place, began)),
         }
@@ -330,12 +340,17 @@ impl Owner {
     fn received(&mut self, input: std::io::Result<Vec<u8>>) -> Option<Vec<u8>> {
         match input {
             // An unplugged USB adapter reads as an endless end of file.
-            Ok(bytes) if bytes.is_empty() => self.lost = Some("the other side closed the link".to_owned()),
+            Ok(bytes) if bytes.is_empty() => {
+                let reason = "the other side closed the link".to_owned();
+                let _ = self.lost.set(BusError::Disconnected { reason });
+            }
             Ok(bytes) => {
                 tracing::trace!(address = self.address, bytes = %bytes.escape_ascii(), "received");
                 return Some(bytes);
             }
-            Err(error) => self.lost = Some(error.to_string()),
+            Err(error) => {
+                let _ = self.lost.set(BusError::of_link(&error));
+            }
         }
         None
     }
@@ -359,10 +374,7 @@ impl Owner {
     }
 
     fn still_connected(&self) -> Result<(), BusError> {
-        match &self.lost {
-            None => Ok(()),
-            Some(reason) => Err(BusError::Disconnected { reason: reason.clone() }),
-        }
+        self.lost.get().cloned().map_or(Ok(()), Err)
     }
 }
 

@@ -241,7 +241,7 @@ fn state_of(path: &str) -> PortState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Parity;
+    use crate::{BusError, Parity};
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
     const LINE: LineSettings = LineSettings {
@@ -374,7 +374,10 @@ mod tests {
         let files = crate::lock_files(&format!("tcp://localhost:{port}")).await.unwrap();
         let taken = isolux_lock::Lock::seize(&files[0]).unwrap();
         let error = link.write_all(b"move").await.unwrap_err();
-        assert!(error.to_string().contains("taken over"), "{error}");
+        let BusError::TakenOver { reason } = BusError::of_link(&error) else {
+            panic!("{error}");
+        };
+        assert!(reason.contains("taken over"), "{reason}");
         let again = owner.open(&format!("tcp://127.0.0.1:{port}"), LINE).await;
         assert!(again.err().unwrap().reason.contains("taken over"));
         assert!(owner.lost().unwrap().contains(&format!("pid {}", std::process::id())));

@@ -265,6 +265,7 @@ pub fn open_failure(error: OpenError) -> Failure {
             let help = match device.kind() {
                 ErrorKind::Timeout => "check power and cable, and that the address belongs to this instrument",
                 ErrorKind::Disconnected => "check the cable, then start again",
+                ErrorKind::TakenOver => "wait until that process ends, or end it",
                 ErrorKind::Malformed => "check that the driver is the right one for this instrument, and the line",
                 ErrorKind::OutOfTravel => "narrow the limits in the station file to the axis' own",
                 ErrorKind::Refused | ErrorKind::Unsupported => "check the address and the settings in the station file",

@@ -161,11 +161,14 @@ impl Session {
     /// The failure of work in this session; where another process has taken the instruments over, it says so.
     pub fn explain(&self, failure: Failure) -> Failure {
         match self.system.lost() {
-            Some(lost) => Failure {
-                message: format!("{}; {lost}: what the axes do now is its affair", failure.message),
+            Some(lost) if !failure.message.contains(&lost) => Failure {
+                message: format!(
+                    "{}; {lost}: what the axes do now is up to that process",
+                    failure.message
+                ),
                 ..failure
             },
-            None => failure,
+            _ => failure,
         }
     }
 

@@ -148,6 +148,7 @@ pub fn stop_gets_through_while_its_owner_is_suspended_and_the_owner_drives_no_mo
     signal(&mover, "CONT");
     let words = stated(mover.wait_with_output().unwrap(), Some(3));
     assert!(words.contains("taken over"), "{words}");
+    assert!(!words.contains("BY HAND"), "another process has the axes: {words}");
     assert_stopped_short(&bench);
     bench.isolux(&["read", "station.toml"], 0);
 }
@@ -190,7 +191,15 @@ pub fn a_scan_that_hangs_is_taken_over_with_a_reason_and_writes_nothing_more() {
         before[2]
     );
     signal(&hung, "CONT");
-    stated(hung.wait_with_output().unwrap(), Some(3));
+    let words = stated(hung.wait_with_output().unwrap(), Some(3));
+    assert!(
+        words.contains("taken over") && words.contains("up to that process"),
+        "{words}"
+    );
+    assert!(
+        !words.contains("BY HAND"),
+        "a good scan may be driving the axes: {words}"
+    );
     let after = ["run.toml", "readings.csv", "events.jsonl"].map(|file| bench.read(&format!("run/{file}")));
     assert_eq!(before, after);
     bench.assert_true("run");

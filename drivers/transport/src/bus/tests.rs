@@ -157,9 +157,12 @@ async fn damage_and_a_lost_link_are_told_apart() {
     let (answer, ()) = tokio::join!(bus.ask(1, soon()), damage);
     assert!(matches!(answer, Err(BusError::Malformed { .. })));
     drop(twin);
-    assert!(matches!(bus.ask(1, soon()).await, Err(BusError::Disconnected { .. })));
-    assert!(matches!(bus.ask(1, soon()).await, Err(BusError::Disconnected { .. })));
+    let Err(BusError::Disconnected { reason }) = bus.ask(1, soon()).await else {
+        panic!("the link is gone");
+    };
     assert!(bus.is_closed());
+    // Whoever asks later is told why as well.
+    assert_eq!(bus.ask(1, soon()).await, Err(BusError::Disconnected { reason }));
 }
 
 #[tokio::test(start_paused = true)]
