@@ -2,6 +2,7 @@
 
 use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 /// Damaged copies of each seed.
 const COPIES: usize = 1500;
@@ -60,13 +61,13 @@ fn damaged_input_is_never_a_panic() {
         assert!(!seeds.is_empty(), "{}", target.name);
         for (k, seed) in seeds.iter().enumerate() {
             (target.run)(seed);
-            for copy in 0..COPIES {
+            (0..COPIES).into_par_iter().for_each(|copy| {
                 let mut random = ChaCha8Rng::seed_from_u64((k * COPIES + copy) as u64);
                 let mut bytes = seed.clone();
                 damage(&mut bytes, &mut random);
                 let read = std::panic::catch_unwind(|| (target.run)(&bytes));
                 assert!(read.is_ok(), "{}, seed {k}, copy {copy}", target.name);
-            }
+            });
         }
     }
 }

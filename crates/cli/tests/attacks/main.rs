@@ -18,6 +18,8 @@ mod damaged_records;
 #[cfg(unix)]
 mod interference;
 #[cfg(unix)]
+mod killed_days;
+#[cfg(unix)]
 mod kills;
 #[cfg(unix)]
 mod second_process;
@@ -41,10 +43,13 @@ macro_rules! trials {
 
 #[cfg(unix)]
 fn main() -> std::process::ExitCode {
-    let attacks = trials![
+    let mut attacks = trials![
         damaged_records::a_damaged_record_is_refused_or_gives_the_same_numbers,
         damaged_records::rows_and_pixels_that_are_lost_are_named_and_can_be_read_again,
         interference::what_a_second_hand_does_is_in_no_row_and_in_no_result,
+        killed_days::a_killed_day_gives_what_the_undisturbed_day_gives,
+        killed_days::a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps,
+        killed_days::axes_whose_program_is_killed_in_a_sweep_come_to_rest_inside_their_limits,
         kills::every_signal_stops_the_axes_and_says_so_in_the_record,
         kills::a_hangup_that_is_ignored_stays_so,
         kills::killed_again_and_again_it_comes_to_its_end,
@@ -58,9 +63,17 @@ fn main() -> std::process::ExitCode {
         sweeps::killed_in_a_sweep_at_most_that_sweep_is_made_again,
         undisturbed::a_scan_that_nobody_disturbs_is_complete_and_right,
     ];
-    // Each waits for the instruments of a bench of its own and computes next to nothing: all of them at once.
+    // Each waits for the instruments of a bench of its own and computes next to nothing, or gives way to those that do:
+    // all of them at once.
     let mut arguments = libtest_mimic::Arguments::from_args();
     arguments.test_threads.get_or_insert(attacks.len());
+    // Minutes and hours, for a person.
+    let campaigns = trials![
+        killed_days::as_many_killed_days_as_asked_give_what_undisturbed_days_give,
+        killed_days::as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give,
+        killed_days::axes_come_to_rest_inside_their_limits_at_as_many_kills_as_asked,
+    ];
+    attacks.extend(campaigns.into_iter().map(|campaign| campaign.with_ignored_flag(true)));
     libtest_mimic::run(&arguments, attacks).exit_code()
 }
 

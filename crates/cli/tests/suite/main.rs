@@ -14,7 +14,6 @@ mod folder;
 mod impossible_jobs;
 mod inspect;
 mod investigate;
-mod kills;
 mod output;
 mod plan_for_sensor;
 mod rated_day;

@@ -12,6 +12,7 @@ use isolux_hidden_effects::plan::Plan;
 use isolux_hidden_effects::suite::{self, Class};
 use isolux_model::Model;
 use isolux_record::observation::{Need, open};
+use rayon::prelude::*;
 
 fn answer(order: &Order) -> Option<Document> {
     let case = case::make(order)?;
@@ -38,7 +39,7 @@ fn answers(class: Class, count: u64) -> Vec<(Order, Document)> {
 
 fn of_kind(class: Class, sensor: bool, count: u64) -> Vec<(Order, Document)> {
     suite::orders(class, sensor, count, 4711)
-        .into_iter()
+        .into_par_iter()
         .filter_map(|order| answer(&order).map(|document| (order, document)))
         .collect()
 }

@@ -5,10 +5,9 @@
 //! `ISOLUX_KILLS` says (200):
 //!
 //! ```text
-//! ISOLUX_KILLS=200 cargo test --release -p isolux --test suite kills -- --ignored --nocapture
+//! ISOLUX_KILLS=200 cargo test --release -p isolux --test attacks killed_days -- --ignored --nocapture
 //! ```
 
-#![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "the campaign prints what it counts")]
 
 mod day;
@@ -128,8 +127,7 @@ fn share(consistent: &[bool]) -> String {
 }
 
 /// One kill or more in each phase.
-#[test]
-fn a_killed_day_gives_what_the_undisturbed_day_gives() {
+pub fn a_killed_day_gives_what_the_undisturbed_day_gives() {
     let bench = Bench::coarse(1);
     let consistent = each(bench.phases.len() as u64, |seed| {
         let outcome = Kills::of(seed, &bench).day(&bench).unwrap();
@@ -142,8 +140,7 @@ fn a_killed_day_gives_what_the_undisturbed_day_gives() {
 }
 
 /// In motion, at all half-planes of a plan and at those that are chosen.
-#[test]
-fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
+pub fn a_killed_day_in_motion_sweeps_what_the_undisturbed_day_sweeps() {
     let benches = [false, true].map(|chosen| Bench::in_motion(1, chosen).unwrap());
     each(3, |number| {
         let bench = &benches[number as usize % 2];
@@ -165,17 +162,14 @@ fn killed_live(seed: u64, seconds: f64) -> bool {
     Live::new().kill_and_follow(Duration::from_secs_f64(after_s))
 }
 
-#[test]
-fn axes_whose_program_is_killed_in_a_sweep_come_to_rest_inside_their_limits() {
+pub fn axes_whose_program_is_killed_in_a_sweep_come_to_rest_inside_their_limits() {
     // The first sweep with the way to its beginning.
     let moved = each(2, |seed| killed_live(seed, 6.0));
     assert!(moved.contains(&true), "{moved:?}");
 }
 
 /// In real time, which costs no computer much: many at once.
-#[test]
-#[ignore = "minutes: a campaign for a person"]
-fn axes_come_to_rest_inside_their_limits_at_as_many_kills_as_asked() {
+pub fn axes_come_to_rest_inside_their_limits_at_as_many_kills_as_asked() {
     let count = requested();
     // All five sweeps and the first directions at rest.
     let moved = each_of(16, count, |seed| killed_live(seed, 60.0));
@@ -184,9 +178,7 @@ fn axes_come_to_rest_inside_their_limits_at_as_many_kills_as_asked() {
 }
 
 /// Each killed day has a room of its own, or one room would decide the share.
-#[test]
-#[ignore = "hours: a campaign for a person"]
-fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
+pub fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
     let count = requested();
     let killed = each(count, |seed| {
         let bench = Bench::whole(1 + seed);
@@ -202,9 +194,7 @@ fn as_many_killed_days_as_asked_give_what_undisturbed_days_give() {
 }
 
 /// The same in motion, every other day at half-planes that are chosen.
-#[test]
-#[ignore = "minutes: a campaign for a person"]
-fn as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give() {
+pub fn as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give() {
     let days = each(requested(), |seed| {
         let bench = Bench::in_motion(1 + seed, seed % 2 == 1)?;
         let outcome = Kills::of(seed, &bench).day_in_motion(&bench)?;
