@@ -1,5 +1,7 @@
 //! The room: lamp, bench, floor, meter, put together. What is asked here is the truth.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 use isolux_document::DocumentError;
 
@@ -13,6 +15,7 @@ use crate::mount::Mounted;
 use crate::noise::{Noise, Stream};
 use crate::optics;
 use crate::output::relative_output;
+use crate::spectrograph::Pixel;
 use crate::spectrum::LampSpectrum;
 
 /// What stands between lamp and meter.
@@ -58,6 +61,7 @@ pub struct Room {
     spectrum: LampSpectrum,
     /// None where it is V(λ).
     head: Option<Head>,
+    pub(crate) pixels: OnceLock<Vec<Pixel>>,
 }
 
 /// Seven-point rule on the unit disc, exact to fifth order (Abramowitz & Stegun 25.4.61): (y, z, weight).
@@ -85,6 +89,7 @@ impl Room {
             head: Head::new(&document.luxmeter, &spectrum),
             spectrum,
             document,
+            pixels: OnceLock::new(),
         }
     }
 

@@ -36,34 +36,60 @@ pub struct Exposure {
     pub index: u64,
 }
 
+/// A pixel as it is in every exposure.
+#[derive(Debug, Clone)]
+pub(crate) struct Pixel {
+    is_black: bool,
+    stated_nm: f64,
+    width_nm: f64,
+    responsivity: f64,
+    spread_parts: [f64; 2],
+    /// Its dark current over that of the detector.
+    dark_rel: f64,
+}
+
 impl Room {
     /// Spectral irradiance as the spectrometer's optics spread it, at the stated wavelength, W/(m² nm), for
     /// `illuminance_lx` with so much `phosphor` light on its entrance: shift, bandpass, stray light and second order
     /// are in it, its dark is not.
     pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64, phosphor: f64) -> f64 {
+        self.spread_light(self.spread_parts(stated_nm), illuminance_lx, phosphor)
+    }
+
+    fn spread_light(&self, [other, part]: [f64; 2], illuminance_lx: f64, phosphor: f64) -> f64 {
+        illuminance_lx * ((other + phosphor * part) / self.spectrum().light(phosphor))
+    }
+
+    /// The spread light of what is not the phosphor's, and of the phosphor with 1 of it, in the unit of their relative
+    /// power.
+    fn spread_parts(&self, stated_nm: f64) -> [f64; 2] {
         let injected_effects = &self.document().injected_effects;
         let instrument = &self.document().spectroradiometer;
-        let per_lux = |nm: f64| instrument.filter(nm) * self.spectrum().per_lux(nm, phosphor);
+        let filtered = |nm: f64| self.spectrum().parts(nm).map(|power| instrument.filter(nm) * power);
         let true_nm = instrument.true_nm(stated_nm) - injected_effects.spectro_shift.shift_nm;
         // A triangle of the given full width at half maximum is the running mean of a running mean.
         let fwhm = injected_effects.spectro_bandpass.fwhm_nm;
-        let mut first_order = 0.0;
-        if fwhm > 0.0 {
+        let first_order = if fwhm > 0.0 {
             const CELLS: usize = 24;
-            let mut weight = 0.0;
+            let (mut sums, mut weight) = ([0.0; 2], 0.0);
             for k in 0..CELLS {
                 let t = 2.0 * (k as f64 + 0.5) / CELLS as f64 - 1.0;
                 let w = 1.0 - t.abs();
-                first_order += w * per_lux(true_nm + fwhm * t);
+                for (sum, power) in sums.iter_mut().zip(filtered(true_nm + fwhm * t)) {
+                    *sum += w * power;
+                }
                 weight += w;
             }
-            first_order /= weight;
+            sums.map(|sum| sum / weight)
         } else {
-            first_order = per_lux(true_nm);
-        }
-        let stray = injected_effects.spectro_stray.fraction * self.spectrum().watt_per_lux(phosphor);
-        let second = injected_effects.spectro_2nd.fraction * per_lux(0.5 * true_nm);
-        illuminance_lx * (first_order + stray + second)
+            filtered(true_nm)
+        };
+        let (whole, second_order) = (self.spectrum().integrated_parts(), filtered(0.5 * true_nm));
+        std::array::from_fn(|part| {
+            first_order[part]
+                + injected_effects.spectro_stray.fraction * whole[part]
+                + injected_effects.spectro_2nd.fraction * second_order[part]
+        })
     }
 
     /// Spectral irradiance of `lines_lx` of a mercury-argon lamp as a pixel of `pixel_nm` sees it, W/(m² nm).
@@ -103,50 +129,57 @@ impl Room {
     /// Counts of all pixels in one exposure: light, dark, read and shot noise, non-linearity, the converter's end.
     pub fn exposure_counts(&self, exposure: &Exposure) -> Vec<u16> {
         let instrument = &self.document().spectroradiometer;
-        let seed = self.document().seed;
-        let pattern = Noise::new(seed, Stream::DarkPattern);
-        let noise = Noise::new(seed, Stream::Spectrometer);
+        let noise = Noise::new(self.document().seed, Stream::Spectrometer);
+        let pixels = self.pixels.get_or_init(|| self.described_pixels());
         // Dark current of silicon doubles every 7 K.
         let dark_rate = instrument.dark_counts_per_s * ((exposure.detector_c - 25.0) / 7.0).exp2();
-        let is_black = |pixel: usize| (BLACK_PIXELS.0..=BLACK_PIXELS.1).contains(&pixel);
-        let light: Vec<f64> = (0..PIXELS)
+        let light: Vec<f64> = pixels
+            .iter()
             .map(|pixel| {
-                let [stated_nm, next_nm] = [pixel, pixel + 1].map(|pixel| instrument.nm_at(pixel as f64));
-                let lamp = if exposure.illuminance_lx == 0.0 {
-                    0.0
-                } else {
-                    self.spread_irradiance(stated_nm, exposure.illuminance_lx, exposure.phosphor)
-                };
-                let lines = self.spread_lines(stated_nm, next_nm - stated_nm, exposure.lines_lx);
-                if is_black(pixel) {
-                    0.0
-                } else {
-                    (lamp + lines) * responsivity(stated_nm)
+                if pixel.is_black {
+                    return 0.0;
                 }
+                let lamp = self.spread_light(pixel.spread_parts, exposure.illuminance_lx, exposure.phosphor);
+                let lines = self.spread_lines(pixel.stated_nm, pixel.width_nm, exposure.lines_lx);
+                (lamp + lines) * pixel.responsivity
             })
             .collect();
         let scattered = instrument.scatter_rel * light.iter().sum::<f64>() / PIXELS as f64;
-        (0..PIXELS)
-            .map(|pixel| {
-                let stated_nm = instrument.nm_at(pixel as f64);
-                let black = is_black(pixel);
-                // An error of the dark is not seen by the black pixels: it is what makes it an error.
-                let pedestal = if black {
-                    0.0
-                } else {
-                    self.document().injected_effects.spectro_dark.offset
-                };
-                let scattered = if black { 0.0 } else { scattered };
-                let rate = (light[pixel] + scattered + pedestal * responsivity(stated_nm)) * instrument.counts_per_s;
-                let dark = dark_rate * (1.0 + 0.05 * pattern.normal(pixel as u64, 0)).max(0.0);
-                let collected = (rate + dark) * exposure.integration_s;
-                let [shot, read] = noise.normal_pair(exposure.index, pixel as u32);
-                let electrons = collected.max(0.0) * instrument.electrons_per_count;
-                let linear = collected + shot * electrons.sqrt() / instrument.electrons_per_count;
-                let counts = bend(instrument, linear) + instrument.offset_counts + read * instrument.read_noise_counts;
-                counts.round().clamp(0.0, f64::from(instrument.saturation_counts)) as u16
-            })
-            .collect()
+        let counts = |(at, (pixel, light)): (usize, (&Pixel, &f64))| {
+            // An error of the dark is not seen by the black pixels: it is what makes it an error.
+            let (pedestal, scattered) = if pixel.is_black {
+                (0.0, 0.0)
+            } else {
+                (self.document().injected_effects.spectro_dark.offset, scattered)
+            };
+            let rate = (light + scattered + pedestal * pixel.responsivity) * instrument.counts_per_s;
+            let dark = dark_rate * pixel.dark_rel;
+            let collected = (rate + dark) * exposure.integration_s;
+            let [shot, read] = noise.normal_pair(exposure.index, at as u32);
+            let electrons = collected.max(0.0) * instrument.electrons_per_count;
+            let linear = collected + shot * electrons.sqrt() / instrument.electrons_per_count;
+            let counts = bend(instrument, linear) + instrument.offset_counts + read * instrument.read_noise_counts;
+            counts.round().clamp(0.0, f64::from(instrument.saturation_counts)) as u16
+        };
+        pixels.iter().zip(&light).enumerate().map(counts).collect()
+    }
+
+    /// All pixels, as they are in every exposure.
+    fn described_pixels(&self) -> Vec<Pixel> {
+        let instrument = &self.document().spectroradiometer;
+        let pattern = Noise::new(self.document().seed, Stream::DarkPattern);
+        let described = |pixel: usize| {
+            let [stated_nm, next_nm] = [pixel, pixel + 1].map(|pixel| instrument.nm_at(pixel as f64));
+            Pixel {
+                is_black: (BLACK_PIXELS.0..=BLACK_PIXELS.1).contains(&pixel),
+                stated_nm,
+                width_nm: next_nm - stated_nm,
+                responsivity: responsivity(stated_nm),
+                spread_parts: self.spread_parts(stated_nm),
+                dark_rel: (1.0 + 0.05 * pattern.normal(pixel as u64, 0)).max(0.0),
+            }
+        };
+        (0..PIXELS).map(described).collect()
     }
 }
 

@@ -3,11 +3,18 @@
 //! What an LED sends aside went a longer way through the phosphor. So light is a mixture of two spectra, and its colour
 //! one number: how much phosphor light there is to the chip's, in units of that along an LED's axis.
 
+use std::sync::LazyLock;
+
 use crate::filament;
 use crate::parts::Lamp;
 
 /// V(λ) at 1 nm from 360 nm to 830 nm (CIE 018:2019; the same numbers as ISO/CIE 23539).
-const V_LAMBDA: &str = include_str!("v_lambda.csv");
+const ROWS: &str = include_str!("v_lambda.csv");
+
+static V_LAMBDA: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let value = |row: &str| row.split_once(',').and_then(|(_, value)| value.trim().parse().ok());
+    ROWS.lines().map(|row| value(row).unwrap_or(f64::NAN)).collect()
+});
 
 /// First wavelength of the tables, nm.
 pub const FIRST_NM: usize = 360;
@@ -17,9 +24,8 @@ pub const LAST_NM: usize = 830;
 /// V(λ) at the nearest whole nanometre; zero outside the table.
 pub fn v_lambda(wavelength_nm: f64) -> f64 {
     let place = wavelength_nm.round() - FIRST_NM as f64;
-    let row = (place >= 0.0).then(|| V_LAMBDA.lines().nth(place as usize)).flatten();
-    row.and_then(|row| row.split_once(',')?.1.trim().parse().ok())
-        .unwrap_or(0.0)
+    let value = (place >= 0.0).then(|| V_LAMBDA.get(place as usize)).flatten();
+    value.copied().unwrap_or(0.0)
 }
 
 /// Relative spectral power at `wavelength_nm` of light with `phosphor` times the phosphor's part; with 1 CCT 5896 K, Ra
@@ -105,11 +111,7 @@ impl LampSpectrum {
             phosphor_light: 0.0,
             level: 1.0,
         };
-        for (row, wavelength_nm) in V_LAMBDA.lines().zip(FIRST_NM..=LAST_NM) {
-            let v: f64 = row
-                .split_once(',')
-                .and_then(|(_, v)| v.trim().parse().ok())
-                .unwrap_or(f64::NAN);
+        for (v, wavelength_nm) in V_LAMBDA.iter().zip(FIRST_NM..=LAST_NM) {
             let (other, phosphor) = source.power(wavelength_nm as f64);
             spectrum.power += other + phosphor;
             spectrum.light += 683.0 * (other + phosphor) * v;
@@ -124,9 +126,20 @@ impl LampSpectrum {
         self.level
     }
 
+    /// Relative power of what is not the phosphor's, and of the phosphor with 1 of it.
+    pub(crate) fn parts(&self, wavelength_nm: f64) -> [f64; 2] {
+        let (other, phosphor) = self.source.power(wavelength_nm);
+        [other, phosphor]
+    }
+
+    /// The same, integrated over 360–830 nm.
+    pub(crate) fn integrated_parts(&self) -> [f64; 2] {
+        [self.power - self.phosphor_power, self.phosphor_power]
+    }
+
     /// Relative power of light with `phosphor` times the phosphor's part.
     fn relative(&self, wavelength_nm: f64, phosphor: f64) -> f64 {
-        let (other, part) = self.source.power(wavelength_nm);
+        let [other, part] = self.parts(wavelength_nm);
         other + phosphor * part
     }
 
@@ -159,7 +172,7 @@ impl LampSpectrum {
     }
 
     /// 683·∫SV dλ of such light, in the unit of its relative power.
-    fn light(&self, phosphor: f64) -> f64 {
+    pub(crate) fn light(&self, phosphor: f64) -> f64 {
         self.light + (phosphor - 1.0) * self.phosphor_light
     }
 
@@ -181,7 +194,7 @@ mod tests {
 
     #[test]
     fn the_table_of_v_is_whole() {
-        let rows: Vec<(usize, f64)> = V_LAMBDA
+        let rows: Vec<(usize, f64)> = ROWS
             .lines()
             .map(|row| {
                 row.split_once(',')
