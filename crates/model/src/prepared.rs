@@ -95,7 +95,7 @@ impl<'m> PreparedModel<'m> {
 
     /// Factor on the far field towards `direction`, of any length, at these angles.
     fn factor_at(&self, c_deg: f64, gamma_deg: f64, direction: DVec3) -> f64 {
-        let mut factor = self.model.refined().factor(c_deg, gamma_deg);
+        let mut factor = self.model.refined().factor_towards(gamma_deg, direction);
         if !self.directions.is_empty() {
             let ray = Ray {
                 c_deg,

@@ -1,5 +1,6 @@
 //! What a diagnosis has refitted of the luminaire: `[luminaire.refined]`.
 
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Corrections of the intensity that an honest analyst must allow for before any effect is named.
@@ -79,18 +80,28 @@ impl Default for Refined {
 impl Refined {
     /// Factor on the intensity towards (C, γ), γ ≥ 0.
     pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        if self.is_unity() {
+            return 1.0;
+        }
+        self.factor_towards(gamma_deg, isolux_photometry::direction(c_deg, gamma_deg))
+    }
+
+    /// The same towards `direction`, of any length, whose γ is `gamma_deg`: its sines and tangents are there.
+    pub(crate) fn factor_towards(&self, gamma_deg: f64, direction: DVec3) -> f64 {
         let mut factor = 1.0;
         if !self.ln_shape.is_empty() {
             factor *= self.ln_shape_at(gamma_deg).exp();
         }
         for harmonic in self.c_harmonics.iter().filter(|harmonic| harmonic.amplitude_rel != 0.0) {
-            let m = f64::from(harmonic.m);
-            let sin = gamma_deg.to_radians().sin();
-            factor *= 1.0 + harmonic.amplitude_rel * (m * c_deg).to_radians().cos() * sin.powi(harmonic.m as i32);
+            // cos(mC)·sinᵐγ is the real part of (cos C sin γ + i sin C sin γ)ᵐ.
+            factor *= 1.0 + harmonic.amplitude_rel * power(direction.truncate() / direction.length(), harmonic.m).x;
         }
         if self.tan2 != 0.0 || self.tan4 != 0.0 {
-            let tan = gamma_deg.min(self.tan_gamma_max_deg).to_radians().tan();
-            let square = tan * tan;
+            let square = if gamma_deg < self.tan_gamma_max_deg {
+                direction.truncate().length_squared() / direction.z.powi(2)
+            } else {
+                self.tan_gamma_max_deg.to_radians().tan().powi(2)
+            };
             factor *= 1.0 + square * (self.tan2 + self.tan4 * square);
         }
         factor
@@ -145,6 +156,20 @@ impl Refined {
     }
 }
 
+/// The power of a complex number.
+fn power(mut base: DVec2, mut exponent: u32) -> DVec2 {
+    let product = |a: DVec2, b: DVec2| DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
+    let mut power = DVec2::X;
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            power = product(power, base);
+        }
+        base = product(base, base);
+        exponent /= 2;
+    }
+    power
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,6 +186,40 @@ mod tests {
             let t = |n: f64| (n * x.acos()).cos();
             let expected = (0.1 - 0.2 * t(2.0) + 0.05 * t(4.0) + 0.3 * t(6.0)).exp();
             assert!((refined.factor(12.0, gamma) - expected).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn of_angles_and_of_a_direction_the_law_is_the_one_that_is_stated() {
+        let harmonic = |m, amplitude_rel| Harmonic { m, amplitude_rel };
+        let refined = Refined {
+            c_harmonics: vec![harmonic(1, 0.2), harmonic(2, -0.1), harmonic(7, 0.05)],
+            tan2: 0.3,
+            tan4: -0.02,
+            tan_gamma_max_deg: 55.0,
+            ..Refined::default()
+        };
+        for (c, gamma) in [
+            (0.0, 0.0),
+            (33.0, 12.0),
+            (-140.0, 54.9),
+            (271.0, 55.1),
+            (359.0, 90.0),
+            (10.0, 130.0),
+        ] {
+            let (azimuth, polar) = (f64::to_radians(c), f64::to_radians(gamma));
+            let around: f64 = (refined.c_harmonics.iter())
+                .map(|h| 1.0 + h.amplitude_rel * (f64::from(h.m) * azimuth).cos() * polar.sin().powi(h.m as i32))
+                .product();
+            let tan = f64::to_radians(gamma.min(55.0)).tan();
+            let expected = around * (1.0 + 0.3 * tan.powi(2) - 0.02 * tan.powi(4));
+            let towards = refined.factor_towards(gamma, 730.0 * isolux_photometry::direction(c, gamma));
+            for found in [refined.factor(c, gamma), towards] {
+                assert!(
+                    (found - expected).abs() < 1e-13,
+                    "C {c}°, γ {gamma}°: {found} {expected}"
+                );
+            }
         }
     }
 
