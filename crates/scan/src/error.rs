@@ -364,16 +364,22 @@ fn reference(found_lx: Option<f64>, expected_lx: Option<f64>, allowed_lx: f64, a
 
 fn not_at_rest(axes: &[(&'static str, DeviceError)]) -> String {
     let taken_over = |error: &DeviceError| error.kind() == ErrorKind::TakenOver;
-    let names = axes.iter().map(|(role, error)| match taken_over(error) {
-        true => format!("{role} was not stopped ({error})"),
-        false => format!("{role} could not be verified at rest ({error})"),
+    let names = axes.iter().map(|(role, error)| {
+        let what = if taken_over(error) {
+            "was not stopped"
+        } else {
+            "could not be verified at rest"
+        };
+        format!("{role} {what} ({error})")
     });
     let names = names.collect::<Vec<_>>().join("; ");
     // What moves an axis that another process has taken over may be a good scan.
-    match axes.iter().all(|(_, error)| taken_over(error)) {
-        true => format!("{names}; what the axes do now is up to that process"),
-        false => format!("{names}; SWITCH THE AXES OFF BY HAND"),
-    }
+    let what_now = if axes.iter().all(|(_, error)| taken_over(error)) {
+        "what the axes do now is up to that process"
+    } else {
+        "SWITCH THE AXES OFF BY HAND"
+    };
+    format!("{names}; {what_now}")
 }
 
 #[cfg(test)]

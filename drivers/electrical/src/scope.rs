@@ -124,14 +124,11 @@ impl ScpiScope {
     /// A command for this channel, again where it was damaged on its way: sent twice, each does what it does once.
     async fn send(&self, message: &str) -> Result<(), DeviceError> {
         let message = self.of_channel(message);
+        let lost = |error: &DeviceError| matches!(error.kind(), ErrorKind::Disconnected | ErrorKind::TakenOver);
         let mut tries = 1;
         loop {
             match self.instrument.command(&message).await {
-                Err(error)
-                    if tries < TRIES && !matches!(error.kind(), ErrorKind::Disconnected | ErrorKind::TakenOver) =>
-                {
-                    tries += 1
-                }
+                Err(error) if tries < TRIES && !lost(&error) => tries += 1,
                 sent => return sent,
             }
         }

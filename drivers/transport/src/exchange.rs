@@ -1,5 +1,6 @@
 //! What comes of a request: its answer, or why there is none.
 
+use std::error::Error;
 use std::io;
 use std::time::Duration;
 
@@ -41,9 +42,10 @@ impl BusError {
     /// What the link said when it ended.
     pub(crate) fn of_link(error: &io::Error) -> Self {
         let reason = error.to_string();
-        match error.get_ref().is_some_and(|inner| inner.is::<TakenOver>()) {
-            true => Self::TakenOver { reason },
-            false => Self::Disconnected { reason },
+        if error.get_ref().is_some_and(<dyn Error + Send + Sync>::is::<TakenOver>) {
+            Self::TakenOver { reason }
+        } else {
+            Self::Disconnected { reason }
         }
     }
 
