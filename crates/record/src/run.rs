@@ -50,7 +50,11 @@ impl RunDir {
         self.lock = Some(lock);
     }
 
-    fn still_ours(&self) -> Result<(), RunError> {
+    /// Whether this process may write here still.
+    ///
+    /// # Errors
+    /// [`RunError::TakenOver`].
+    pub fn still_ours(&self) -> Result<(), RunError> {
         match &self.lock {
             Some(lock) if !lock.is_ours() => Err(RunError::TakenOver {
                 path: self.path.clone(),

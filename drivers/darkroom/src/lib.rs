@@ -29,6 +29,7 @@ pub mod noise;
 pub mod optics;
 pub mod output;
 pub mod parts;
+mod pixel;
 pub mod room;
 mod rules;
 pub mod spectrograph;

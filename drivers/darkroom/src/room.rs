@@ -15,7 +15,7 @@ use crate::mount::Mounted;
 use crate::noise::{Noise, Stream};
 use crate::optics;
 use crate::output::relative_output;
-use crate::spectrograph::Pixel;
+use crate::pixel::Pixel;
 use crate::spectrum::LampSpectrum;
 
 /// What stands between lamp and meter.

@@ -3,6 +3,7 @@
 use crate::lines;
 use crate::noise::{Noise, Stream};
 use crate::parts::Spectroradiometer;
+use crate::pixel::Pixel;
 use crate::room::Room;
 use crate::spectrum::v_lambda;
 
@@ -34,18 +35,6 @@ pub struct Exposure {
     pub detector_c: f64,
     /// Number of the exposure since the instrument was switched on.
     pub index: u64,
-}
-
-/// A pixel as it is in every exposure.
-#[derive(Debug, Clone)]
-pub(crate) struct Pixel {
-    is_black: bool,
-    stated_nm: f64,
-    width_nm: f64,
-    responsivity: f64,
-    spread_parts: [f64; 2],
-    /// Its dark current over that of the detector.
-    dark_rel: f64,
 }
 
 impl Room {

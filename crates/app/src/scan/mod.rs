@@ -221,6 +221,9 @@ impl ScanJob<'_> {
         outcome.map_err(|error| {
             let failure = session::failure(&error);
             let path = run.path();
+            if run.still_ours().is_err() {
+                return failure;
+            }
             failure.help(format!(
                 "{path} holds {} readings; go on with --resume {path}",
                 run.len()
