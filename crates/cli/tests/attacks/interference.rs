@@ -62,8 +62,12 @@ fn one_round(round: u64) {
     let mut scan = bench.scan("--out", "run");
     bench.wait_for_rows("run", 1);
     let mut hands = Vec::new();
-    while hands.len() < 4 && scan.try_wait().unwrap().is_none() {
+    while hands.len() < 4 {
         std::thread::sleep(moment(&mut random, Duration::from_millis(500), Duration::from_secs(8)));
+        // A scan that has ended answers for its axes no more.
+        if scan.try_wait().unwrap().is_some() {
+            break;
+        }
         let hand = HANDS[random.random_range(0..HANDS.len())];
         bench.tell_axes(hand);
         hands.push(hand);
