@@ -11,7 +11,8 @@ pub(crate) struct Pixel {
     pub width_nm: f64,
     /// Relative to the largest.
     pub responsivity: f64,
-    /// Light on it of what is not the phosphor's, and of the phosphor with 1 of it, in the unit of their relative power.
+    /// Light on it of what is not the phosphor's, and of the phosphor with 1 of it, in the unit of their relative
+    /// power.
     pub spread_parts: [f64; 2],
     /// Its dark current over that of the detector.
     pub dark_rel: f64,

@@ -60,10 +60,10 @@ enum Source {
 
 impl Source {
     /// Relative power of what is not the phosphor's, and of the phosphor with 1 of it.
-    fn power(self, wavelength_nm: f64) -> (f64, f64) {
+    fn power(self, wavelength_nm: f64) -> [f64; 2] {
         match self {
-            Self::Leds => (relative_power(wavelength_nm, 0.0), phosphor_power(wavelength_nm)),
-            Self::Filament(temperature_k) => (filament::radiance(wavelength_nm, temperature_k), 0.0),
+            Self::Leds => [relative_power(wavelength_nm, 0.0), phosphor_power(wavelength_nm)],
+            Self::Filament(temperature_k) => [filament::radiance(wavelength_nm, temperature_k), 0.0],
         }
     }
 }
@@ -112,7 +112,7 @@ impl LampSpectrum {
             level: 1.0,
         };
         for (v, wavelength_nm) in V_LAMBDA.iter().zip(FIRST_NM..=LAST_NM) {
-            let (other, phosphor) = source.power(wavelength_nm as f64);
+            let [other, phosphor] = source.power(wavelength_nm as f64);
             spectrum.power += other + phosphor;
             spectrum.light += 683.0 * (other + phosphor) * v;
             spectrum.phosphor_power += phosphor;
@@ -128,8 +128,7 @@ impl LampSpectrum {
 
     /// Relative power of what is not the phosphor's, and of the phosphor with 1 of it.
     pub(crate) fn parts(&self, wavelength_nm: f64) -> [f64; 2] {
-        let (other, phosphor) = self.source.power(wavelength_nm);
-        [other, phosphor]
+        self.source.power(wavelength_nm)
     }
 
     /// The same, integrated over 360–830 nm.
@@ -158,7 +157,7 @@ impl LampSpectrum {
     pub fn response(&self, weight: &dyn Fn(f64) -> f64) -> impl Fn(f64) -> f64 + use<> {
         let (mut axial, mut of_phosphor) = (0.0, 0.0);
         for nm in (FIRST_NM..=LAST_NM).map(|nm| nm as f64) {
-            let (other, phosphor) = self.source.power(nm);
+            let [other, phosphor] = self.source.power(nm);
             axial += weight(nm) * (other + phosphor);
             of_phosphor += weight(nm) * phosphor;
         }

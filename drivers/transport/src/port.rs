@@ -170,7 +170,7 @@ struct Owner {
     link: Box<dyn Link>,
     conversations: Vec<Box<dyn Language>>,
     quiet: Option<Quiet>,
-    /// Why the link is gone; whoever asks later is told too.
+    /// Why the link is gone: the reason with which later requests fail too.
     lost: Arc<OnceLock<BusError>>,
     unsolicited: Arc<AtomicU64>,
 }

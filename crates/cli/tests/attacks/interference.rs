@@ -31,7 +31,7 @@ repeats = 2
 "#;
 
 /// Axis 1 is C, axis 2 is γ; output 1 is the lamp, 2 the shutter, 3 the baffle.
-const HANDS: [&str; 9] = [
+const COMMANDS: [&str; 9] = [
     "1 2 move abs 0",
     "1 2 move rel 40000",
     "1 2 move rel -500",
@@ -61,18 +61,18 @@ fn one_round(round: u64) {
     bench.write("plan.toml", PLAN);
     let mut scan = bench.scan("--out", "run");
     bench.wait_for_rows("run", 1);
-    let mut hands = Vec::new();
-    while hands.len() < 4 {
+    let mut sent = Vec::new();
+    while sent.len() < 4 {
         std::thread::sleep(moment(&mut random, Duration::from_millis(500), Duration::from_secs(8)));
-        // A scan that has ended answers for its axes no more.
+        // A command after the end of the scan would move axes that nobody stops again.
         if scan.try_wait().unwrap().is_some() {
             break;
         }
-        let hand = HANDS[random.random_range(0..HANDS.len())];
-        bench.tell_axes(hand);
-        hands.push(hand);
+        let command = COMMANDS[random.random_range(0..COMMANDS.len())];
+        bench.tell_axes(command);
+        sent.push(command);
     }
-    let what = format!("round {round}: {hands:?}");
+    let what = format!("round {round}: {sent:?}");
     let what = format!("{what}: {}", finished(scan));
     bench.assert_at_rest();
     assert_sound(&bench, &what);

@@ -63,7 +63,7 @@ fn main() -> std::process::ExitCode {
         sweeps::killed_in_a_sweep_at_most_that_sweep_is_made_again,
         undisturbed::a_scan_that_nobody_disturbs_is_complete_and_right,
     ];
-    // Each waits for the instruments of a bench of its own and computes next to nothing, or gives way to those that do:
+    // Each waits for the instruments of a bench of its own and computes next to nothing, or computes at low priority:
     // all of them at once.
     let mut arguments = libtest_mimic::Arguments::from_args();
     arguments.test_threads.get_or_insert(attacks.len());

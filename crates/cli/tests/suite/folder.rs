@@ -46,23 +46,37 @@ impl Folder {
 
     /// The program with nobody at its keyboard.
     pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_isolux"));
+        self.here(Command::new(env!("CARGO_BIN_EXE_isolux")), arguments)
+    }
+
+    fn here(&self, mut command: Command, arguments: &[&str]) -> Command {
         command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
         command
     }
 
     pub fn start(&self, arguments: &[&str]) -> Child {
-        self.command(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+        spawned(self.command(arguments))
+    }
+
+    /// The same at the lowest priority, so that it delays nothing that is timed beside it.
+    #[allow(
+        dead_code,
+        reason = "not every test that has this module runs beside others that are timed"
+    )]
+    pub fn start_at_low_priority(&self, arguments: &[&str]) -> Child {
+        let mut command = Command::new("nice");
+        command.args(["-n", "19", env!("CARGO_BIN_EXE_isolux")]);
+        spawned(self.here(command, arguments))
     }
 
     /// Runs the program to its end, asserts its exit code and gives what it said to the pipe and to the person.
     pub fn isolux(&self, arguments: &[&str], exit: i32) -> String {
         stated(self.start(arguments).wait_with_output().unwrap(), Some(exit))
     }
+}
+
+fn spawned(mut command: Command) -> Child {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// What the program said to the pipe and to the person, after its exit code was asserted; no code after a signal.

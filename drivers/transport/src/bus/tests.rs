@@ -161,7 +161,7 @@ async fn damage_and_a_lost_link_are_told_apart() {
         panic!("the link is gone");
     };
     assert!(bus.is_closed());
-    // Whoever asks later is told why as well.
+    // Later requests fail with the same reason.
     assert_eq!(bus.ask(1, soon()).await, Err(BusError::Disconnected { reason }));
 }
 
