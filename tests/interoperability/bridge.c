@@ -1,8 +1,8 @@
 /* Gives a USB device that is offered over USB/IP to the programs below it, without USB in the kernel and without root.
  *
- *     LD_PRELOAD=libumockdev-preload.so.0 bridge PORT BUSID PROGRAM [ARGUMENT...]
+ *     LD_PRELOAD=libumockdev-preload.so.0 bridge PORT BUSID SOCKET PROGRAM [ARGUMENT...]
  *
- * umockdev shows the program a /sys and a /dev with this one device and passes its USBDEVFS ioctls here; each becomes a
+ * umockdev shows the program a /sys and a /dev with this one device, plugged into that socket of the first bus, and passes its USBDEVFS ioctls here; each becomes a
  * transfer of USB/IP. Ends with the program's exit status. Sources: linux/usbdevice_fs.h; the kernel's
  * Documentation/usb/usbip_protocol.rst.
  *
@@ -361,7 +361,7 @@ static void import_device(int port, const char *name, uint8_t *description) {
         fail("no such device");
 }
 
-static void add_device(const uint8_t *description) {
+static void add_device(const uint8_t *description, int plug) {
     uint8_t descriptors[18 + 1024];
     size_t device = 18, rest = 1024;
     if (control(USB_DIR_IN, USB_REQ_GET_DESCRIPTOR, USB_DT_DEVICE << 8, 0, descriptors, &device) ||
@@ -372,10 +372,11 @@ static void add_device(const uint8_t *description) {
     GString *text = g_string_new("P: /devices/usb1\nN: bus/usb/001/001\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n"
                                  "E: DEVNAME=/dev/bus/usb/001/001\nA: busnum=1\\n\nA: devnum=1\\n\nA: speed=480\\n\n"
                                  "A: bConfigurationValue=1\\n\nA: idVendor=1d6b\\n\nA: idProduct=0002\\n\nH: descriptors="
-                                 "12010002090001406B1D020015060302010109021900010100E0000904000001090000000705810304000C\n\n"
-                                 "P: /devices/usb1/1-1\nN: bus/usb/001/002\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n"
-                                 "E: DEVNAME=/dev/bus/usb/001/002\nE: BUSNUM=001\nE: DEVNUM=002\nA: busnum=1\\n\nA: devnum=2\\n\n"
-                                 "A: bConfigurationValue=1\\n\nA: bNumConfigurations=1\\n\nA: devpath=1\\n\n");
+                                 "12010002090001406B1D020015060302010109021900010100E0000904000001090000000705810304000C\n\n");
+    g_string_append_printf(text, "P: /devices/usb1/1-%d\nN: bus/usb/001/%03d\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n"
+                           "E: DEVNAME=/dev/bus/usb/001/%03d\nE: BUSNUM=001\nE: DEVNUM=%03d\nA: busnum=1\\n\nA: devnum=%d\\n\n"
+                           "A: bConfigurationValue=1\\n\nA: bNumConfigurations=1\\n\nA: devpath=%d\\n\n",
+                           plug, plug + 1, plug + 1, plug + 1, plug + 1, plug);
     g_string_append_printf(text, "A: idVendor=%02x%02x\\n\nA: idProduct=%02x%02x\\n\nA: speed=%s\\n\nH: descriptors=", descriptors[9],
                            descriptors[8], descriptors[11], descriptors[10], get(description + 296) == 3 ? "480" : "12");
     for (size_t at = 0; at < 18 + rest; at++)
@@ -396,11 +397,12 @@ static void add_device(const uint8_t *description) {
     testbed = umockdev_testbed_new();
     if (!umockdev_testbed_add_from_string(testbed, text->str, &error))
         fail(error->message);
-    device_path = g_strdup("/sys/devices/usb1/1-1");
+    device_path = g_strdup_printf("/sys/devices/usb1/1-%d", plug);
+    g_autofree gchar *node = g_strdup_printf("/dev/bus/usb/001/%03d", plug + 1);
     UMockdevIoctlBase *handler = umockdev_ioctl_base_new();
     g_signal_connect(handler, "handle-ioctl", G_CALLBACK(handle), NULL);
     g_signal_connect(handler, "client-vanished", G_CALLBACK(vanished), NULL);
-    if (!umockdev_testbed_attach_ioctl(testbed, "/dev/bus/usb/001/002", handler, &error))
+    if (!umockdev_testbed_attach_ioctl(testbed, node, handler, &error))
         fail(error ? error->message : "the device node cannot be served");
 }
 
@@ -412,15 +414,15 @@ static void ended(GPid pid, gint status, gpointer exit_status) {
 
 int main(int count, char **arguments) {
     uint8_t description[312];
-    if (count < 4)
-        fail("usage: bridge PORT BUSID PROGRAM [ARGUMENT...]");
+    if (count < 5)
+        fail("usage: bridge PORT BUSID SOCKET PROGRAM [ARGUMENT...]");
     import_device(atoi(arguments[1]), arguments[2], description);
-    add_device(description);
+    add_device(description, atoi(arguments[3]));
     loop = g_main_loop_new(NULL, FALSE);
     GError *error = NULL;
     GPid program;
     int exit_status = 121;
-    if (!g_spawn_async(NULL, arguments + 3, NULL, G_SPAWN_DO_NOT_REAP_CHILD | G_SPAWN_SEARCH_PATH | G_SPAWN_CHILD_INHERITS_STDIN,
+    if (!g_spawn_async(NULL, arguments + 4, NULL, G_SPAWN_DO_NOT_REAP_CHILD | G_SPAWN_SEARCH_PATH | G_SPAWN_CHILD_INHERITS_STDIN,
                        NULL, NULL, &program, &error))
         fail(error->message);
     g_child_watch_add(program, ended, &exit_status);

@@ -56,10 +56,10 @@ pub async fn offered(twins: Vec<Twin>) -> u16 {
     port
 }
 
-/// A command line below the bridge, with the first device of `port`.
-pub fn below(bridge: &Path, port: u16, program: impl AsRef<OsStr>) -> tokio::process::Command {
+/// A command line below the bridge, with the first device of `port` in this socket.
+pub fn below(bridge: &Path, port: u16, socket: u8, program: impl AsRef<OsStr>) -> tokio::process::Command {
     let mut command = tokio::process::Command::new(bridge);
-    command.arg(port.to_string()).arg("1-1").arg(program);
+    command.args([&port.to_string(), "1-1", &socket.to_string()]).arg(program);
     command.env("LD_PRELOAD", "libumockdev-preload.so.0").kill_on_drop(true);
     command
 }
@@ -74,7 +74,12 @@ pub struct Below {
 impl Below {
     /// Starts it.
     pub fn start(bridge: &Path, port: u16) -> Self {
-        let mut process = below(bridge, port, env!("CARGO_BIN_EXE_isolux-usb-client"))
+        Self::start_in_socket(bridge, port, 1)
+    }
+
+    /// Starts it with its device in this socket, which one process may own.
+    pub fn start_in_socket(bridge: &Path, port: u16, socket: u8) -> Self {
+        let mut process = below(bridge, port, socket, env!("CARGO_BIN_EXE_isolux-usb-client"))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

@@ -35,7 +35,7 @@ async fn read(driver: &str, microseconds: u32, change: Change) -> Option<Value> 
     });
     let port = offered(vec![twin]).await;
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/seabreeze_peer.py");
-    let mut command = below(&bridge, port, &python);
+    let mut command = below(&bridge, port, 1, &python);
     command.arg(script).arg(microseconds.to_string()).stdout(Stdio::piped());
     let output = command.output().await.expect("the bridge starts");
     let text = String::from_utf8_lossy(&output.stdout);
