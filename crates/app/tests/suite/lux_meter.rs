@@ -240,7 +240,7 @@ fn a_warm_meter_that_saturates_under_another_light_is_three_corrections() {
 /// A curve is wrong in ways that nobody states: over few nanometres, or over all of them together.
 #[test]
 fn a_curve_that_is_wrong_within_its_u_moves_the_flux_within_its_part() {
-    let (u_rel, draws) = (0.02, 40);
+    let (u_rel, draws) = (0.02, 20);
     let room = room();
     let truth = responsivity(&room).unwrap();
     let mut run = with_curve(record(&room, PLAN), &truth);
