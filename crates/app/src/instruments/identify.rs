@@ -1,11 +1,13 @@
 //! `devices --identify PORT…`: asks the ports that a person names which of our languages answers there.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use isolux_transport::{LineSettings, Link, Links, Probe, SystemLinks};
+use isolux_transport::{LineSettings, Link, Links, Probe, SystemLinks, things};
 use serde::Serialize;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::task::JoinSet;
 use tokio::time::{Instant, timeout_at};
 
 use crate::Failure;
@@ -41,28 +43,57 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// The line is silent for so long before the next question.
 const SILENCE: Duration = Duration::from_millis(150);
 
-/// Asks one port after another, each with the settings of every language; nothing is sent to any other port. A port
-/// that another program has is not asked.
+/// Asks the ports side by side, each with the settings of every language; nothing is sent to any other port. A port
+/// that another program has is not asked. The reports are in the order of the ports.
 ///
 /// # Errors
 /// Exit 3 when the system gives no runtime. What a port refuses stands in its entry.
 pub fn identify(ports: &[String]) -> Result<Vec<PortReport>, Failure> {
     session::run(false, async {
         let links: Arc<dyn Links> = Arc::new(SystemLinks::default());
-        let mut requested = Vec::new();
-        for port in ports {
-            requested.push(ask(links.as_ref(), port).await);
+        let mut asked = JoinSet::new();
+        for device in by_device(ports).await {
+            let links = Arc::clone(&links);
+            asked.spawn(async move {
+                let mut reports = Vec::new();
+                for (number, port) in device {
+                    reports.push((number, ask(links.as_ref(), &port).await));
+                }
+                reports
+            });
         }
-        Ok(requested)
+        let mut reports = asked.join_all().await.concat();
+        reports.sort_by_key(|(number, _)| *number);
+        Ok(reports.into_iter().map(|(_, report)| report).collect())
     })
 }
 
-/// The settings that drivers ask with, each once, and their questions.
-fn questions() -> Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> {
-    let mut questions: Vec<(LineSettings, Vec<_>)> = Vec::new();
+/// The ports with their numbers, those that lead to one device together: it is asked by one name after the other.
+async fn by_device(ports: &[String]) -> Vec<Vec<(usize, String)>> {
+    let mut devices: Vec<(BTreeSet<String>, Vec<(usize, String)>)> = Vec::new();
+    for (number, port) in ports.iter().enumerate() {
+        // What has no such names is refused when it is opened.
+        let names = things(port).await.unwrap_or_else(|_| [port.clone()].into());
+        match devices.iter_mut().find(|(known, _)| !known.is_disjoint(&names)) {
+            Some((_, same)) => same.push((number, port.clone())),
+            None => devices.push((names, vec![(number, port.clone())])),
+        }
+    }
+    devices.into_iter().map(|(_, same)| same).collect()
+}
+
+/// The settings that drivers ask with, each once, and their questions. Behind a bridge the settings are the bridge's:
+/// all questions of a driver that differ, with any.
+fn questions(behind_bridge: bool) -> Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> {
+    let mut questions: Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> = Vec::new();
     for driver in catalogue::drivers() {
         for probe in driver.identify {
-            match questions.iter_mut().find(|(line, _)| *line == probe.line) {
+            let is_asked = |(name, known): &(&str, &Probe)| *name == driver.name && known.request == probe.request;
+            match questions
+                .iter_mut()
+                .find(|(line, _)| behind_bridge || *line == probe.line)
+            {
+                Some((_, probes)) if probes.iter().any(is_asked) => {}
                 Some((_, probes)) => probes.push((driver.name, probe)),
                 None => questions.push((probe.line, vec![(driver.name, probe)])),
             }
@@ -87,7 +118,7 @@ async fn ask(links: &dyn Links, port: &str) -> PortReport {
         }
     }
     let network = port.starts_with("tcp://");
-    for (line, probes) in questions() {
+    for (line, probes) in questions(network) {
         let settings = if network {
             "the bridge's line settings".to_owned()
         } else {
@@ -126,7 +157,7 @@ async fn ask(links: &dyn Links, port: &str) -> PortReport {
             }
         }
         // What answers with one setting of the line does not answer with another.
-        if !requested.found.is_empty() && !network {
+        if !requested.found.is_empty() {
             break;
         }
     }

@@ -1,6 +1,8 @@
 //! `devices --identify` against every twin of the table: each is found by its own driver, nothing is set, nothing
 //! moves.
 
+use std::sync::Arc;
+
 use isolux_app::files::Overwrite;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::init;
@@ -10,6 +12,9 @@ use isolux_transport::{Links, SystemLinks};
 use isolux_virtual::outlet::{Offer, offer};
 use isolux_virtual::twins::{Choice, TWINS, TwinKind};
 use isolux_virtual::{AxisName, Instrument, VirtualRoom};
+use tokio::io::copy_bidirectional;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Barrier;
 
 /// Asks the twin at a link of the system, from another thread, as another program would.
 fn requested(twin: &'static TwinKind, how: Offer) -> identify::PortReport {
@@ -74,6 +79,61 @@ fn a_pseudo_terminal_is_asked_and_its_settings_are_stated() {
         "{:?}",
         found.tried
     );
+}
+
+/// Each bridge passes nothing on before both are connected to.
+#[test]
+fn ports_are_asked_side_by_side_and_reported_in_their_order() {
+    let requested = session::run(false, async {
+        let both = Arc::new(Barrier::new(2));
+        let (mut ports, mut kept) = (Vec::new(), Vec::new());
+        for instrument in [Instrument::Luxmeter, Instrument::Axes] {
+            let room = VirtualRoom::open(Darkroom::default());
+            let (outlets, serving) = offer(&room, &[instrument], Offer::Tcp { port: 0 }).await.unwrap();
+            let (twin, both) = (outlets[0].address.replace("tcp://", ""), Arc::clone(&both));
+            let bridge = TcpListener::bind("127.0.0.1:0").await.unwrap();
+            ports.push(format!("tcp://{}", bridge.local_addr().unwrap()));
+            kept.push((room, serving));
+            tokio::spawn(async move {
+                for connection in 0.. {
+                    let (mut near, _) = bridge.accept().await.unwrap();
+                    if connection == 0 {
+                        both.wait().await;
+                    }
+                    let mut far = TcpStream::connect(&twin).await.unwrap();
+                    tokio::spawn(async move { copy_bidirectional(&mut near, &mut far).await });
+                }
+            });
+        }
+        let asking = tokio::task::spawn_blocking(move || identify::identify(&ports));
+        asking.await.unwrap()
+    });
+    let found: Vec<Vec<&str>> = requested
+        .as_ref()
+        .unwrap()
+        .iter()
+        .map(|port| port.found.iter().map(|found| found.driver).collect())
+        .collect();
+    assert_eq!(found, [["konica-t10a"], ["zaber"]], "{requested:?}");
+}
+
+#[test]
+fn a_device_is_asked_by_one_name_after_the_other() {
+    let keep = tempfile::tempdir().unwrap();
+    let link = keep.path().join("axes");
+    let requested = session::run(false, async {
+        let room = VirtualRoom::open(Darkroom::default());
+        let (outlets, _serving) = offer(&room, &[Instrument::Axes], Offer::Pty).await.unwrap();
+        let port = outlets[0].address.clone();
+        std::os::unix::fs::symlink(&port, &link).unwrap();
+        let names = [port, link.to_str().unwrap().to_owned()];
+        let asking = tokio::task::spawn_blocking(move || identify::identify(&names));
+        asking.await.unwrap()
+    });
+    for port in requested.unwrap() {
+        assert_eq!(port.error, None, "{port:?}");
+        assert_eq!(port.found[0].driver, "zaber", "{port:?}");
+    }
 }
 
 #[test]

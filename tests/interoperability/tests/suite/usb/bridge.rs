@@ -59,7 +59,9 @@ pub async fn offered(twins: Vec<Twin>) -> u16 {
 /// A command line below the bridge, with the first device of `port` in this socket.
 pub fn below(bridge: &Path, port: u16, socket: u8, program: impl AsRef<OsStr>) -> tokio::process::Command {
     let mut command = tokio::process::Command::new(bridge);
-    command.args([&port.to_string(), "1-1", &socket.to_string()]).arg(program);
+    command
+        .args([&port.to_string(), "1-1", &socket.to_string()])
+        .arg(program);
     command.env("LD_PRELOAD", "libumockdev-preload.so.0").kill_on_drop(true);
     command
 }
