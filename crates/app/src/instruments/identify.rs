@@ -70,16 +70,19 @@ pub fn identify(ports: &[String]) -> Result<Vec<PortReport>, Failure> {
 
 /// The ports with their numbers, those that lead to one device together: it is asked by one name after the other.
 async fn by_device(ports: &[String]) -> Vec<Vec<(usize, String)>> {
-    let mut devices: Vec<(BTreeSet<String>, Vec<(usize, String)>)> = Vec::new();
+    let (mut devices, mut names_of) = (Vec::new(), Vec::<BTreeSet<String>>::new());
     for (number, port) in ports.iter().enumerate() {
         // What has no such names is refused when it is opened.
         let names = things(port).await.unwrap_or_else(|_| [port.clone()].into());
-        match devices.iter_mut().find(|(known, _)| !known.is_disjoint(&names)) {
-            Some((_, same)) => same.push((number, port.clone())),
-            None => devices.push((names, vec![(number, port.clone())])),
+        let known = names_of.iter().position(|known| !known.is_disjoint(&names));
+        let device = known.unwrap_or(devices.len());
+        if known.is_none() {
+            devices.push(Vec::new());
+            names_of.push(names);
         }
+        devices[device].push((number, port.clone()));
     }
-    devices.into_iter().map(|(_, same)| same).collect()
+    devices
 }
 
 /// The settings that drivers ask with, each once, and their questions. Behind a bridge the settings are the bridge's:
