@@ -2,9 +2,9 @@
  *
  *     LD_PRELOAD=libumockdev-preload.so.0 bridge PORT BUSID SOCKET PROGRAM [ARGUMENT...]
  *
- * umockdev shows the program a /sys and a /dev with this one device, plugged into that socket of the first bus, and passes its USBDEVFS ioctls here; each becomes a
- * transfer of USB/IP. Ends with the program's exit status. Sources: linux/usbdevice_fs.h; the kernel's
- * Documentation/usb/usbip_protocol.rst.
+ * umockdev shows the program a /sys and a /dev with this one device, in that socket of the first bus (1, 2, …), and
+ * passes its USBDEVFS ioctls here; each becomes a transfer of USB/IP. Ends with the program's exit status. Sources:
+ * linux/usbdevice_fs.h; the kernel's Documentation/usb/usbip_protocol.rst.
  *
  * What a kernel does beyond passing transfers on and keeping two claims apart (reset, drivers, hotplug events) is not here.
  */
@@ -361,7 +361,7 @@ static void import_device(int port, const char *name, uint8_t *description) {
         fail("no such device");
 }
 
-static void add_device(const uint8_t *description, int plug) {
+static void add_device(const uint8_t *description, int place) {
     uint8_t descriptors[18 + 1024];
     size_t device = 18, rest = 1024;
     if (control(USB_DIR_IN, USB_REQ_GET_DESCRIPTOR, USB_DT_DEVICE << 8, 0, descriptors, &device) ||
@@ -376,7 +376,7 @@ static void add_device(const uint8_t *description, int plug) {
     g_string_append_printf(text, "P: /devices/usb1/1-%d\nN: bus/usb/001/%03d\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n"
                            "E: DEVNAME=/dev/bus/usb/001/%03d\nE: BUSNUM=001\nE: DEVNUM=%03d\nA: busnum=1\\n\nA: devnum=%d\\n\n"
                            "A: bConfigurationValue=1\\n\nA: bNumConfigurations=1\\n\nA: devpath=%d\\n\n",
-                           plug, plug + 1, plug + 1, plug + 1, plug + 1, plug);
+                           place, place + 1, place + 1, place + 1, place + 1, place);
     g_string_append_printf(text, "A: idVendor=%02x%02x\\n\nA: idProduct=%02x%02x\\n\nA: speed=%s\\n\nH: descriptors=", descriptors[9],
                            descriptors[8], descriptors[11], descriptors[10], get(description + 296) == 3 ? "480" : "12");
     for (size_t at = 0; at < 18 + rest; at++)
@@ -397,8 +397,8 @@ static void add_device(const uint8_t *description, int plug) {
     testbed = umockdev_testbed_new();
     if (!umockdev_testbed_add_from_string(testbed, text->str, &error))
         fail(error->message);
-    device_path = g_strdup_printf("/sys/devices/usb1/1-%d", plug);
-    g_autofree gchar *node = g_strdup_printf("/dev/bus/usb/001/%03d", plug + 1);
+    device_path = g_strdup_printf("/sys/devices/usb1/1-%d", place);
+    g_autofree gchar *node = g_strdup_printf("/dev/bus/usb/001/%03d", place + 1);
     UMockdevIoctlBase *handler = umockdev_ioctl_base_new();
     g_signal_connect(handler, "handle-ioctl", G_CALLBACK(handle), NULL);
     g_signal_connect(handler, "client-vanished", G_CALLBACK(vanished), NULL);

@@ -85,8 +85,8 @@ async fn by_device(ports: &[String]) -> Vec<Vec<(usize, String)>> {
     devices
 }
 
-/// The settings that drivers ask with, each once, and their questions. Behind a bridge the settings are the bridge's:
-/// all questions of a driver that differ, with any.
+/// The settings that drivers ask with, each once, and their questions. A bridge on the network has settings of its own:
+/// there all questions stand together, and none of a driver twice.
 fn questions(behind_bridge: bool) -> Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> {
     let mut questions: Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> = Vec::new();
     for driver in catalogue::drivers() {
