@@ -1,17 +1,15 @@
 //! Attacks on a running bench. The twins serve in a process of their own over TCP and in real time, the program runs
 //! against them, and each file here disturbs it in one way. Whatever happens: no wrong row, no row twice, and the axes
-//! rest.
+//! rest. Beside them run the days that nobody disturbs: the attacks wait for their instruments most of the time.
 //!
 //!     cargo test -p isolux --test attacks                                            # short, as in CI
 //!     ISOLUX_ATTACK_ROUNDS=50 ISOLUX_ATTACK_SEED=7 cargo test -p isolux --test attacks -- --nocapture
 //!
 //! `ISOLUX_TEST_DIR` keeps the folders.
 
-#[cfg(unix)]
+mod days;
 #[path = "../suite/folder.rs"]
 mod folder;
-#[cfg(unix)]
-mod support;
 
 #[cfg(unix)]
 mod damaged_records;
@@ -26,24 +24,46 @@ mod second_process;
 #[cfg(unix)]
 mod sleeps;
 #[cfg(unix)]
+mod support;
+#[cfg(unix)]
 mod sweeps;
 #[cfg(unix)]
 mod undisturbed;
 
+use libtest_mimic::{Arguments, Trial};
+
 /// One trial a function, under its path.
-#[cfg(unix)]
 macro_rules! trials {
-    ($($module:ident::$attack:ident),* $(,)?) => {
-        vec![$(libtest_mimic::Trial::test(concat!(stringify!($module), "::", stringify!($attack)), || {
-            $module::$attack();
+    ($($module:ident::$test:ident),* $(,)?) => {
+        vec![$(Trial::test(concat!(stringify!($module), "::", stringify!($test)), || {
+            $module::$test();
             Ok(())
         })),*]
     };
 }
 
-#[cfg(unix)]
 fn main() -> std::process::ExitCode {
-    let mut attacks = trials![
+    let mut tests = trials![
+        days::a_day_in_motion_agrees_with_its_model_and_with_the_lamp,
+        days::a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced,
+        days::a_gap_on_the_axis_is_told_with_what_could_make_it,
+        days::one_seed_gives_one_day,
+        days::the_day_ends_with_files_that_agree_with_what_was_read,
+    ];
+    #[cfg(unix)]
+    tests.extend(attacks());
+    // Each waits for the instruments of a bench of its own and computes next to nothing, or computes at low priority:
+    // all of them at once.
+    let mut arguments = Arguments::from_args();
+    arguments.test_threads.get_or_insert(tests.len());
+    #[cfg(unix)]
+    tests.extend(campaigns());
+    libtest_mimic::run(&arguments, tests).exit_code()
+}
+
+#[cfg(unix)]
+fn attacks() -> Vec<Trial> {
+    trials![
         damaged_records::a_damaged_record_is_refused_or_gives_the_same_numbers,
         damaged_records::rows_and_pixels_that_are_lost_are_named_and_can_be_read_again,
         interference::what_a_second_hand_does_is_in_no_row_and_in_no_result,
@@ -62,20 +82,19 @@ fn main() -> std::process::ExitCode {
         sleeps::stopped_at_any_moment_it_goes_on_and_blames_nobody,
         sweeps::killed_in_a_sweep_at_most_that_sweep_is_made_again,
         undisturbed::a_scan_that_nobody_disturbs_is_complete_and_right,
-    ];
-    // Each waits for the instruments of a bench of its own and computes next to nothing, or computes at low priority:
-    // all of them at once.
-    let mut arguments = libtest_mimic::Arguments::from_args();
-    arguments.test_threads.get_or_insert(attacks.len());
-    // Minutes and hours, for a person.
+    ]
+}
+
+/// Minutes and hours, for a person.
+#[cfg(unix)]
+fn campaigns() -> Vec<Trial> {
     let campaigns = trials![
         killed_days::as_many_killed_days_as_asked_give_what_undisturbed_days_give,
         killed_days::as_many_killed_days_in_motion_as_asked_give_what_undisturbed_days_give,
         killed_days::axes_come_to_rest_inside_their_limits_at_as_many_kills_as_asked,
     ];
-    attacks.extend(campaigns.into_iter().map(|campaign| campaign.with_ignored_flag(true)));
-    libtest_mimic::run(&arguments, attacks).exit_code()
+    campaigns
+        .into_iter()
+        .map(|campaign| campaign.with_ignored_flag(true))
+        .collect()
 }
-
-#[cfg(not(unix))]
-fn main() {}

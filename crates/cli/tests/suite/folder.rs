@@ -4,7 +4,10 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 
 /// Removed when the test ends; kept below `ISOLUX_TEST_DIR` where that is set.
-pub struct Folder(tempfile::TempDir);
+pub struct Folder {
+    directory: tempfile::TempDir,
+    low_priority: bool,
+}
 
 impl Folder {
     #[allow(dead_code, reason = "not every test that has this module is content with a disk")]
@@ -22,11 +25,27 @@ impl Folder {
         let kept = std::env::var_os("ISOLUX_TEST_DIR").map(PathBuf::from);
         let mut folder = tempfile::tempdir_in(kept.as_deref().unwrap_or(&place)).unwrap();
         folder.disable_cleanup(kept.is_some());
-        Self(folder)
+        Self {
+            directory: folder,
+            low_priority: false,
+        }
+    }
+
+    /// The program runs here at the lowest priority, so that it delays nothing that is timed beside it.
+    #[allow(
+        dead_code,
+        reason = "not every test that has this module runs beside others that are timed"
+    )]
+    pub fn at_low_priority(self) -> Self {
+        // Windows has no `nice`, and there nothing runs beside that is timed.
+        Self {
+            low_priority: cfg!(unix),
+            ..self
+        }
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.directory.path().join(name)
     }
 
     pub fn read(&self, name: &str) -> String {
@@ -46,37 +65,27 @@ impl Folder {
 
     /// The program with nobody at its keyboard.
     pub fn command(&self, arguments: &[&str]) -> Command {
-        self.here(Command::new(env!("CARGO_BIN_EXE_isolux")), arguments)
-    }
-
-    fn here(&self, mut command: Command, arguments: &[&str]) -> Command {
-        command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
+        let isolux = env!("CARGO_BIN_EXE_isolux");
+        let mut command = Command::new(if self.low_priority { "nice" } else { isolux });
+        if self.low_priority {
+            command.args(["-n", "19", isolux]);
+        }
+        command
+            .args(arguments)
+            .current_dir(self.directory.path())
+            .stdin(Stdio::null());
         command
     }
 
     pub fn start(&self, arguments: &[&str]) -> Child {
-        spawned(self.command(arguments))
-    }
-
-    /// The same at the lowest priority, so that it delays nothing that is timed beside it.
-    #[allow(
-        dead_code,
-        reason = "not every test that has this module runs beside others that are timed"
-    )]
-    pub fn start_at_low_priority(&self, arguments: &[&str]) -> Child {
-        let mut command = Command::new("nice");
-        command.args(["-n", "19", env!("CARGO_BIN_EXE_isolux")]);
-        spawned(self.here(command, arguments))
+        let mut command = self.command(arguments);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     }
 
     /// Runs the program to its end, asserts its exit code and gives what it said to the pipe and to the person.
     pub fn isolux(&self, arguments: &[&str], exit: i32) -> String {
         stated(self.start(arguments).wait_with_output().unwrap(), Some(exit))
     }
-}
-
-fn spawned(mut command: Command) -> Child {
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// What the program said to the pipe and to the person, after its exit code was asserted; no code after a signal.

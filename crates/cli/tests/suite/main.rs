@@ -7,7 +7,6 @@ mod book;
 mod broken_off;
 mod browser;
 mod darkroom_loop;
-mod day;
 mod electrical;
 mod flicker;
 mod folder;

@@ -57,20 +57,40 @@ fn state_head(folder: &Folder) {
     folder.write("bench/station.toml", &station);
 }
 
-/// A day of a job, reduced a second time with a model. Its report on paper is for the tests that change it: each
-/// verification would make it once more.
-fn day() -> Folder {
+/// A bench with the plan and the keys of a laboratory.
+fn bench() -> Folder {
     let folder = Folder::in_memory();
     folder.isolux(&["init", "bench"], 0);
     folder.write("bench/plan.toml", PLAN);
+    folder.write("lab.key", KEY);
+    folder.write("lab.pub", PUBLIC_KEY);
+    folder
+}
+
+/// A day of a job, reduced a second time with a model. Its report on paper is for the tests that change it: each
+/// verification would make it once more.
+fn day() -> Folder {
+    let folder = bench();
     let scene = folder.read("bench/scene.toml");
     folder.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[16, 16]"));
     state_head(&folder);
     folder.isolux(&["run", "bench/job.toml", "--out", "day"], 0);
     let model = "day/results/luminaire.model.toml";
     folder.isolux(&["reduce", "day", "--with", model, "--out", "day/with"], 0);
-    folder.write("lab.key", KEY);
-    folder.write("lab.pub", PUBLIC_KEY);
+    folder
+}
+
+/// A scan, of which a verification computes less again than of a day.
+fn scan() -> Folder {
+    let folder = bench();
+    folder.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
+    folder
+}
+
+/// A scan and its results.
+fn reduced() -> Folder {
+    let folder = scan();
+    folder.isolux(&["reduce", "run"], 0);
     folder
 }
 
@@ -259,14 +279,14 @@ fn a_changed_sweep_is_named_with_its_line() {
 
 #[test]
 fn a_signature_covers_every_file_and_is_only_of_what_agrees() {
-    let folder = day();
+    let folder = reduced();
     let signed = ["--public-key", "lab.pub"];
     assert_eq!(
-        of(&verify(&folder, "day", &signed, 1), "differs")[0].0,
+        of(&verify(&folder, "run", &signed, 1), "differs")[0].0,
         "SHA256SUMS.minisig"
     );
     // What differs is not signed.
-    copy(&folder.path("day"), &folder.path("bad"));
+    copy(&folder.path("run"), &folder.path("bad"));
     let mut random = ChaCha8Rng::seed_from_u64(2);
     flip(&folder.path("bad/results/luminaire.ldt"), &mut random);
     let words = folder.isolux(&["verify", "bad", "--sign", "--key", "lab.key"], 1);
@@ -275,24 +295,24 @@ fn a_signature_covers_every_file_and_is_only_of_what_agrees() {
         "{words}"
     );
 
-    let words = folder.isolux(&["verify", "day", "--sign", "--key", "lab.key"], 0);
-    assert!(words.contains("signed        day/SHA256SUMS.minisig"), "{words}");
-    let found = verify(&folder, "day", &signed, 0);
+    let words = folder.isolux(&["verify", "run", "--sign", "--key", "lab.key"], 0);
+    assert!(words.contains("signed        run/SHA256SUMS.minisig"), "{words}");
+    let found = verify(&folder, "run", &signed, 0);
     assert_eq!(of(&found, "not_checked"), []);
     assert_eq!(found["signature"]["by_this_key"], true);
     // Without the key nobody says that it is good.
-    let found = verify(&folder, "day", &[], 0);
+    let found = verify(&folder, "run", &[], 0);
     assert_eq!(found["signature"]["by_this_key"], false);
     let unchecked: Vec<String> = of(&found, "not_checked").into_iter().map(|(name, _)| name).collect();
     assert_eq!(unchecked, ["SHA256SUMS", "SHA256SUMS.minisig"]);
 
-    let words = folder.isolux(&["verify", "day", "--sign", "--key", "lab.key"], 2);
+    let words = folder.isolux(&["verify", "run", "--sign", "--key", "lab.key"], 2);
     assert!(words.contains("exists"), "{words}");
-    folder.isolux(&["verify", "day", "--sign", "--key", "lab.pub", "--force"], 2);
-    folder.isolux(&["verify", "day", "--public-key", "lab.key"], 2);
-    verify(&folder, "day", &signed, 0);
+    folder.isolux(&["verify", "run", "--sign", "--key", "lab.pub", "--force"], 2);
+    folder.isolux(&["verify", "run", "--public-key", "lab.key"], 2);
+    verify(&folder, "run", &signed, 0);
     // A run that was changed keeps its signature, which says so; one that holds more is signed anew.
-    copy(&folder.path("day"), &folder.path("bad"));
+    copy(&folder.path("run"), &folder.path("bad"));
     flip(&folder.path("bad/results/luminaire.ies"), &mut random);
     folder.isolux(&["verify", "bad", "--sign", "--key", "lab.key", "--force"], 1);
     let differ = of(&verify(&folder, "bad", &signed, 1), "differs");
@@ -311,8 +331,8 @@ fn a_signature_covers_every_file_and_is_only_of_what_agrees() {
     let found = verify(&folder, "bad", &signed, 0);
     assert!(!found["notes"].to_string().contains("without/budget.json"), "{found}");
 
-    for file in ["log.txt", "SHA256SUMS", "results/report.html", "run.toml"] {
-        copy(&folder.path("day"), &folder.path("bad"));
+    for file in ["log.txt", "SHA256SUMS", "results/luminaire.xml", "run.toml"] {
+        copy(&folder.path("run"), &folder.path("bad"));
         flip(&folder.path(&format!("bad/{file}")), &mut random);
         let differ = of(&verify(&folder, "bad", &signed, 1), "differs");
         let named = if file == "SHA256SUMS" {
@@ -323,21 +343,16 @@ fn a_signature_covers_every_file_and_is_only_of_what_agrees() {
         assert!(differ.iter().any(|(name, _)| name == named), "{file}: {differ:?}");
         assert!(differ.len() == 1 || file == "SHA256SUMS", "{file}: {differ:?}");
     }
-    fs::remove_file(folder.path("day/log.txt")).unwrap();
-    folder.write("day/later.txt", "1");
-    let found = verify(&folder, "day", &signed, 1);
+    fs::remove_file(folder.path("run/log.txt")).unwrap();
+    folder.write("run/later.txt", "1");
+    let found = verify(&folder, "run", &signed, 1);
     assert_eq!(of(&found, "differs"), [("log.txt".to_owned(), vec![None])]);
     assert!(found["notes"].to_string().contains("later.txt"), "{found}");
 }
 
 #[test]
 fn a_changed_signature_is_no_signature() {
-    let folder = Folder::in_memory();
-    folder.isolux(&["init", "bench"], 0);
-    folder.write("bench/plan.toml", PLAN);
-    folder.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
-    folder.write("lab.key", KEY);
-    folder.write("lab.pub", PUBLIC_KEY);
+    let folder = scan();
     folder.isolux(&["verify", "run", "--sign", "--key", "lab.key"], 0);
     let signed = ["--public-key", "lab.pub"];
     verify(&folder, "run", &signed, 0);
@@ -417,22 +432,22 @@ fn minisign(folder: &Path, arguments: &[&str]) -> Option<bool> {
 
 #[test]
 fn the_official_minisign_checks_our_signature_and_makes_one_for_us() {
-    let folder = day();
-    let run = folder.path("day");
-    folder.isolux(&["verify", "day", "--sign", "--key", "lab.key"], 0);
+    let folder = reduced();
+    let run = folder.path("run");
+    folder.isolux(&["verify", "run", "--sign", "--key", "lab.key"], 0);
     let check = ["-V", "-m", "SHA256SUMS", "-p", "../lab.pub"];
     let Some(valid) = minisign(&run, &check) else {
         return;
     };
     assert!(valid, "minisign takes our signature");
-    let text = folder.read("day/SHA256SUMS");
-    folder.write("day/SHA256SUMS", &text.replacen("  ", " ", 1));
+    let text = folder.read("run/SHA256SUMS");
+    folder.write("run/SHA256SUMS", &text.replacen("  ", " ", 1));
     assert_eq!(minisign(&run, &check), Some(false), "and not for another list");
-    folder.write("day/SHA256SUMS", &text);
+    folder.write("run/SHA256SUMS", &text);
     for more in [&[][..], &["-l"], &["-t", "report 17"]] {
         let sign = [&["-S", "-m", "SHA256SUMS", "-s", "../lab.key"], more].concat();
         assert_eq!(minisign(&run, &sign), Some(true));
-        let found = verify(&folder, "day", &["--public-key", "lab.pub"], 0);
+        let found = verify(&folder, "run", &["--public-key", "lab.pub"], 0);
         assert_eq!(found["signature"]["by_this_key"], true, "{more:?}");
     }
     // A key that it makes now, and one that it was not signed with.
@@ -440,7 +455,7 @@ fn the_official_minisign_checks_our_signature_and_makes_one_for_us() {
         minisign(&folder.path("."), &["-G", "-W", "-f", "-s", "new.key", "-p", "new.pub"]),
         Some(true)
     );
-    verify(&folder, "day", &["--public-key", "new.pub"], 1);
-    folder.isolux(&["verify", "day", "--sign", "--key", "new.key", "--force"], 0);
-    verify(&folder, "day", &["--public-key", "new.pub"], 0);
+    verify(&folder, "run", &["--public-key", "new.pub"], 1);
+    folder.isolux(&["verify", "run", "--sign", "--key", "new.key", "--force"], 0);
+    verify(&folder, "run", &["--public-key", "new.pub"], 0);
 }

@@ -171,7 +171,7 @@ impl Bench {
         let station = folder.read("bench/station.toml");
         let named = station.replacen("name = ", "darkroom = \"room.toml\"\nname = ", 1);
         folder.write("bench/station.toml", &named);
-        if is_refused(folder.start_at_low_priority(&["run", "bench/job.toml", "--out", "undisturbed"])) {
+        if is_refused(folder.start(&["run", "bench/job.toml", "--out", "undisturbed"])) {
             return None;
         }
         let undisturbed = numbers(&folder, "undisturbed");
@@ -190,7 +190,7 @@ impl Bench {
     pub fn run_and_kill(&self, seed: u64, phase: Phase, random: &mut ChaCha8Rng) -> Option<Killed> {
         let (name, day) = self.day(seed);
         let begun = Begun::now(&day);
-        let mut child = self.folder.start_at_low_priority(&self.arguments(&name));
+        let mut child = self.folder.start(&self.arguments(&name));
         let share = random.random_range(0.0..1.0);
         while !begun.is_in(&day, phase, share, &self.whole) {
             if child.try_wait().unwrap().is_some() {
@@ -216,7 +216,7 @@ impl Bench {
     /// where the directions read at rest refuse it.
     pub fn finish(&self, seed: u64, killed: Vec<Killed>) -> Option<Outcome> {
         let (name, day) = self.day(seed);
-        if is_refused(self.folder.start_at_low_priority(&self.arguments(&name))) {
+        if is_refused(self.folder.start(&self.arguments(&name))) {
             return None;
         }
         assert_eq!(files(&day), self.files, "{name}, killed in {killed:?}");

@@ -1,5 +1,5 @@
 //! The whole day from the command line, on a coarse grid: what it writes, what its numbers are, and the same
-//! numbers twice.
+//! numbers twice. Nothing disturbs it; it computes at low priority while the attacks wait for their instruments.
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -51,7 +51,7 @@ const RESULTS: [&str; 14] = [
 
 /// A job with the coarse plan and a small sensor, `bench/job.toml`.
 fn job() -> Folder {
-    let folder = Folder::new();
+    let folder = Folder::new().at_low_priority();
     folder.isolux(
         &[
             "init",
@@ -73,8 +73,7 @@ fn job() -> Folder {
 
 /// The calibration of the spectroradiometer is off by a quarter: no emitter of that diameter makes the gap, and what
 /// could is said.
-#[test]
-fn a_gap_on_the_axis_is_told_with_what_could_make_it() {
+pub fn a_gap_on_the_axis_is_told_with_what_could_make_it() {
     let folder = job();
     let calibration = folder.read("bench/spectroradiometer.csv");
     let scaled = calibration.lines().map(|line| match line.split_once(',') {
@@ -104,8 +103,7 @@ fn a_gap_on_the_axis_is_told_with_what_could_make_it() {
     assert!(page.contains("Simulation and measurement disagree on the axis at 500 mm"));
 }
 
-#[test]
-fn the_day_ends_with_files_that_agree_with_what_was_read() {
+pub fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let folder = job();
     let day = folder.path("day");
     let run = ["run", "bench/job.toml", "--out", "day"];
@@ -279,8 +277,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     assert!(!day.join("results/diagnosis.json").exists());
 }
 
-#[test]
-fn one_seed_gives_one_day() {
+pub fn one_seed_gives_one_day() {
     let folder = job();
     let days = ["first", "second"];
     for day in days {
@@ -312,8 +309,7 @@ fn flux(stated: &str) -> String {
     line.unwrap_or_else(|| panic!("no flux in {stated}")).to_owned()
 }
 
-#[test]
-fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
+pub fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     let folder = job();
     let scene = folder.read("bench/scene.toml");
     let requested = scene.replace("distance_mm = 500.0", "distance_mm = 1000.0");
@@ -416,9 +412,8 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     assert!(refused.contains("budget.json"), "{refused}");
 }
 
-#[test]
-fn a_day_in_motion_agrees_with_its_model_and_with_the_lamp() {
-    let folder = Folder::in_memory();
+pub fn a_day_in_motion_agrees_with_its_model_and_with_the_lamp() {
+    let folder = Folder::in_memory().at_low_priority();
     folder.isolux(&["init", ".", "--sweep"], 0);
     let scene = folder.read("scene.toml");
     folder.write("scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
