@@ -194,6 +194,7 @@ impl Model {
                     gamma_deg,
                     nonperp_deg,
                     distance_mm,
+                    stated_distance_mm: at.distance_mm,
                     height_mm,
                 };
                 let light = place.light(self.luminaire());

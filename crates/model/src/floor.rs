@@ -6,22 +6,32 @@ use glam::DVec3;
 
 use crate::attitude::Attitude;
 use crate::luminaire::Luminaire;
-use crate::memory::{FloorKey, FloorLight};
+use crate::memory::{FloorKey, FloorLight, RowKey};
 use crate::quadrature::gauss_legendre;
 
-/// Nodes of one panel.
-static PANEL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));
+/// Nodes of a panel: as many as its light needs.
+static EIGHT: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(8));
+static TEN: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(10));
+static TWELVE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));
 
-/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ, C and the
-/// logarithm of height over distance, and a cubic through its points serves all places between. What a fit moves by a
-/// tenth of a degree or by a few millimetres costs no new integrals then.
+/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ, C and height,
+/// and a cubic through its points serves all places between. What a fit moves by a tenth of a degree or by a few
+/// millimetres costs no new integrals then.
 const GAMMA_STEP_DEG: f64 = 4.0;
 const C_STEPS: usize = 60;
-const LN_RATIO_STEP: f64 = 0.05;
-/// Distance of the detector for which the lattice is computed: a room twice as large has a quarter of the light.
-const LATTICE_MM: f64 = 1000.0;
 /// Lean of the axis at which its parabola is taken; a larger one has an integral of its own.
 const LEAN_STEP_DEG: f64 = 0.5;
+
+/// Step of the lattice's heights at `height_mm`: 2 to 5 % of it, and a round number, as the height of a bench is.
+fn height_step_mm(height_mm: f64) -> f64 {
+    let decade_mm = 10.0_f64.powf(height_mm.log10().floor());
+    let share = match height_mm / decade_mm {
+        ..2.0 => 0.05,
+        ..5.0 => 0.1,
+        _ => 0.25,
+    };
+    share * decade_mm
+}
 
 /// The lamp and the detector over the floor.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +40,8 @@ pub(crate) struct OverFloor {
     pub gamma_deg: f64,
     pub nonperp_deg: f64,
     pub distance_mm: f64,
+    /// Distance that the reading states. Effects move the detector from there; the lattice is computed there.
+    pub stated_distance_mm: f64,
     pub height_mm: f64,
 }
 
@@ -57,7 +69,14 @@ impl OverFloor {
             if self.nonperp_deg.abs() > LEAN_STEP_DEG {
                 return self.integrate(luminaire, 1)[0];
             }
-            self.between(luminaire).scaled((LATTICE_MM / self.distance_mm).powi(2))
+            // A room twice as large has a quarter of the light.
+            let room = self.stated_distance_mm / self.distance_mm;
+            let as_stated = Self {
+                distance_mm: self.stated_distance_mm,
+                height_mm: room * self.height_mm,
+                ..self
+            };
+            as_stated.between(luminaire).scaled(room * room)
         })
     }
 
@@ -67,12 +86,21 @@ impl OverFloor {
             gamma_deg,
             nonperp_deg,
             distance_mm,
+            stated_distance_mm,
             height_mm,
         } = *self;
-        [c_deg, gamma_deg, nonperp_deg, distance_mm, height_mm].map(f64::to_bits)
+        [
+            c_deg,
+            gamma_deg,
+            nonperp_deg,
+            distance_mm,
+            stated_distance_mm,
+            height_mm,
+        ]
+        .map(f64::to_bits)
     }
 
-    /// As at [`LATTICE_MM`]: the parabola over the lean of the axis, where it leans.
+    /// The parabola over the lean of the axis, where it leans.
     fn between(&self, luminaire: &Luminaire) -> FloorLight {
         let upright = Self {
             nonperp_deg: 0.0,
@@ -100,8 +128,7 @@ impl OverFloor {
                 gamma_deg: (first_gamma + k as f64) * GAMMA_STEP_DEG,
                 ..*self
             };
-            let key = [row.gamma_deg, row.nonperp_deg, row.ln_ratio()].map(f64::to_bits);
-            let around = luminaire.memory.floor_row_or(key, || row.around(luminaire));
+            let around = luminaire.memory.floor_row_or(row.row_key(), || row.around(luminaire));
             let (first_c, c_weights) = cubic(self.c_deg * around.len() as f64 / 360.0);
             for (i, of_c) in c_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
                 let place = (first_c as i64 + i as i64).rem_euclid(around.len() as i64);
@@ -111,8 +138,8 @@ impl OverFloor {
         light
     }
 
-    fn ln_ratio(&self) -> f64 {
-        (self.height_mm / self.distance_mm).ln()
+    fn row_key(&self) -> RowKey {
+        [self.gamma_deg, self.nonperp_deg, self.distance_mm, self.height_mm].map(f64::to_bits)
     }
 
     /// The light at one γ of the lattice with the luminaire turned to each C of it, from C 0° on; one for all C of a
@@ -124,16 +151,15 @@ impl OverFloor {
             C_STEPS
         };
         let mut around = vec![FloorLight::default(); steps];
-        let (first, weights) = cubic(self.ln_ratio() / LN_RATIO_STEP);
+        let step_mm = height_step_mm(self.height_mm);
+        let (first, weights) = cubic(self.height_mm / step_mm);
         for (k, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
             let node = Self {
-                distance_mm: LATTICE_MM,
-                height_mm: LATTICE_MM * ((first + k as f64) * LN_RATIO_STEP).exp(),
+                height_mm: (first + k as f64) * step_mm,
                 ..*self
             };
-            let key = [node.gamma_deg, node.nonperp_deg, node.height_mm].map(f64::to_bits);
             let memory = &luminaire.memory;
-            let integrals = memory.floor_integrals_or(key, || node.integrate(luminaire, steps).into());
+            let integrals = memory.floor_integrals_or(node.row_key(), || node.integrate(luminaire, steps).into());
             for (sum, light) in around.iter_mut().zip(&*integrals) {
                 *sum = sum.plus(light.scaled(*weight));
             }
@@ -179,9 +205,16 @@ impl OverFloor {
         // The detector sees its own foot best: over a low floor a narrow band towards it, and there the far end. Panels
         // of their own keep the rule exact for both.
         let band = (2.0 * self.height_mm / self.distance_mm).atan().min(FRAC_PI_2 / 2.0);
-        let azimuths = [-PI, -FRAC_PI_2, -band, 0.0, band, FRAC_PI_2, PI];
-        for panel in azimuths.windows(2) {
-            for (azimuth, weight_azimuth) in over(panel[0], panel[1]) {
+        let azimuths = [
+            (-PI, -FRAC_PI_2, &EIGHT),
+            (-FRAC_PI_2, -band, &TEN),
+            (-band, 0.0, &EIGHT),
+            (0.0, band, &EIGHT),
+            (band, FRAC_PI_2, &TEN),
+            (FRAC_PI_2, PI, &EIGHT),
+        ];
+        for (from, to, nodes) in azimuths {
+            for (azimuth, weight_azimuth) in over(nodes, from, to) {
                 let (sin_azimuth, cos_azimuth) = azimuth.sin_cos();
                 // Beyond the detector's plane the floor is behind its back.
                 let farthest = if cos_azimuth > 0.0 {
@@ -190,7 +223,7 @@ impl OverFloor {
                     FRAC_PI_2
                 };
                 let split = (0.5 * self.distance_mm / self.height_mm).atan().min(0.9 * farthest);
-                for (theta, weight_polar) in over(0.0, split).chain(over(split, farthest)) {
+                for (theta, weight_polar) in over(&EIGHT, 0.0, split).chain(over(&TWELVE, split, farthest)) {
                     let (sin, cos) = theta.sin_cos();
                     let direction = DVec3::new(sin * cos_azimuth, sin * sin_azimuth, -cos);
                     let onward = detector - direction * (self.height_mm / cos);
@@ -229,9 +262,9 @@ fn cubic(place: f64) -> (f64, [f64; 4]) {
 }
 
 /// Places and weights of the panel from `low` to `high`.
-fn over(low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> {
+fn over(nodes: &[(f64, f64)], low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> {
     let half = 0.5 * (high - low);
-    PANEL.iter().map(move |(x, w)| (low + half * (x + 1.0), half * w))
+    nodes.iter().map(move |(x, w)| (low + half * (x + 1.0), half * w))
 }
 
 #[cfg(test)]
@@ -264,6 +297,7 @@ mod tests {
                 gamma_deg,
                 nonperp_deg: 0.0,
                 distance_mm: distance,
+                stated_distance_mm: distance,
                 height_mm: height,
             };
             let found = place.light(&luminaire).illuminance_lx;
@@ -308,6 +342,7 @@ mod tests {
             gamma_deg,
             nonperp_deg: 0.05 * moved_mm,
             distance_mm: 2000.0 + moved_mm,
+            stated_distance_mm: 2000.0,
             height_mm,
         };
         let largest = place(270.0, 60.0, 0.0, 1200.0).integrate(&luminaire, 1)[0].illuminance_lx;
@@ -322,6 +357,30 @@ mod tests {
                 "C {c_deg} γ {gamma_deg}: {} for {}",
                 quick.illuminance_lx,
                 exact.illuminance_lx
+            );
+        }
+    }
+
+    /// The height of a bench is a round number: one integral for each γ, and nothing between them.
+    #[test]
+    fn a_round_height_is_a_height_of_the_lattice() {
+        let gamma: Vec<f64> = (0..=90).map(f64::from).collect();
+        let intensity = gamma.iter().map(|g| 350.0 * g.to_radians().cos().max(0.0)).collect();
+        let distribution = IntensityDistribution::new(vec![0.0], gamma, intensity).unwrap();
+        let luminaire = Luminaire::new(distribution, Emitter::Point {}, Spectral::None);
+        for height_mm in [850.0, 1000.0, 1200.0, 1950.0, 2300.0] {
+            let place = OverFloor {
+                c_deg: 0.0,
+                gamma_deg: 8.0,
+                nonperp_deg: 0.0,
+                distance_mm: 3700.0,
+                stated_distance_mm: 3700.0,
+                height_mm,
+            };
+            let (quick, exact) = (place.light(&luminaire), place.integrate(&luminaire, 1)[0]);
+            assert!(
+                (quick.illuminance_lx / exact.illuminance_lx - 1.0).abs() < 1e-13,
+                "{height_mm}: {quick:?} for {exact:?}"
             );
         }
     }

@@ -7,11 +7,11 @@ use glam::DVec3;
 
 use crate::lobe::Lobe;
 
-/// γ, lean of the axis, height over distance.
-pub(crate) type RowKey = [u64; 3];
+/// γ, lean of the axis, distance, height.
+pub(crate) type RowKey = [u64; 4];
 
-/// C, γ, lean of the axis, distance, height.
-pub(crate) type FloorKey = [u64; 5];
+/// C, γ, lean of the axis, distance, stated distance, height.
+pub(crate) type FloorKey = [u64; 6];
 
 /// Light from the floor at albedo 1, and where it left the lamp.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

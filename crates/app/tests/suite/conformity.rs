@@ -50,7 +50,7 @@ impl Bench {
         // A coarse grid: what is judged does not depend on it.
         edit("plan.toml", &|text| {
             text.replace("[0, 360, 15]", "[0, 360, 45]")
-                .replace("[0, 180, 2]", "[0, 180, 4]")
+                .replace("[0, 180, 2]", "[0, 180, 10]")
         });
         edit("scene.toml", &|text| text.replace("2048", "64"));
         edit("job.toml", &|text| {
