@@ -11,6 +11,7 @@ use tokio::task::JoinSet;
 use tokio::time::{Instant, timeout_at};
 
 use crate::Failure;
+use crate::front_end::progress::{Event, Progress};
 use crate::instruments::{catalogue, session};
 
 /// What was found at one port.
@@ -47,8 +48,12 @@ const SILENCE: Duration = Duration::from_millis(150);
 /// that another program has is not asked. The reports are in the order of the ports.
 ///
 /// # Errors
-/// Exit 3 when the system gives no runtime. What a port refuses stands in its entry.
-pub fn identify(ports: &[String]) -> Result<Vec<PortReport>, Failure> {
+/// Exit 3 when the system gives no runtime or a question panics. What a port refuses stands in its entry.
+pub fn identify(ports: &[String], progress: &dyn Progress) -> Result<Vec<PortReport>, Failure> {
+    progress.event(Event::Began {
+        step: "identify",
+        total: None,
+    });
     session::run(false, async {
         let links: Arc<dyn Links> = Arc::new(SystemLinks::default());
         let mut asked = JoinSet::new();
@@ -62,8 +67,20 @@ pub fn identify(ports: &[String]) -> Result<Vec<PortReport>, Failure> {
                 reports
             });
         }
-        let mut reports = asked.join_all().await.concat();
+        let mut reports: Vec<(usize, PortReport)> = Vec::new();
+        while let Some(of_device) = asked.join_next().await {
+            reports.extend(of_device.map_err(Failure::instrument)?);
+            progress.event(Event::At {
+                done: reports.len() as u64,
+                what: &format!("{} of {} ports", reports.len(), ports.len()),
+            });
+        }
         reports.sort_by_key(|(number, _)| *number);
+        let answered = reports.iter().filter(|(_, report)| !report.found.is_empty()).count();
+        progress.event(Event::Ended(&format!(
+            "an instrument at {answered} of {} ports",
+            ports.len()
+        )));
         Ok(reports.into_iter().map(|(_, report)| report).collect())
     })
 }

@@ -4,7 +4,7 @@ use clap::Args;
 use isolux_app::Failure;
 use isolux_app::instruments::{devices, identify};
 
-use crate::screen;
+use crate::screen::{self, Bars};
 
 /// Drivers, found ports, what is missing and what to do about it.
 #[derive(Debug, Args)]
@@ -72,7 +72,7 @@ pub fn run(arguments: &Devices) -> Result<(), Failure> {
 
 /// Asks the ports; exit 3 where one could not be asked.
 fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
-    let requested = identify::identify(ports)?;
+    let requested = identify::identify(ports, &Bars::default())?;
     for port in &requested {
         if json {
             screen::say(serde_json::to_string(port).map_err(Failure::instrument)?)?;
@@ -85,14 +85,25 @@ fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
         if port.found.is_empty() && port.error.is_none() {
             screen::say("  nobody answered; check power, cable and the line settings of the instrument")?;
         }
+        if let Some(error) = &port.error {
+            screen::say(format_args!("  {:16} {error}", "not asked"))?;
+        }
         for tried in &port.tried {
             screen::say(format_args!("  {:16} {tried}", "asked with"))?;
         }
     }
-    match requested.iter().find_map(|port| port.error.as_ref()) {
-        Some(error) => Err(Failure::instrument(error)),
-        None => Ok(()),
+    let not_asked: Vec<&str> = requested
+        .iter()
+        .filter(|port| port.error.is_some())
+        .map(|port| port.port.as_str())
+        .collect();
+    if not_asked.is_empty() {
+        return Ok(());
     }
+    Err(Failure::instrument(format_args!(
+        "could not be asked: {}; the reasons stand beside the ports",
+        not_asked.join(", ")
+    )))
 }
 
 fn wanting(missing: Option<&str>, remedy: Option<&str>) -> Result<(), Failure> {

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::folder::Folder;
+
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
 name = "lit"
@@ -372,4 +374,18 @@ fn a_real_link_and_twins_play_together_in_real_time() {
         answer(&["init", "--bench", &file]).status.code() == Some(2),
         "it asks on a terminal only, and replaces nothing"
     );
+}
+
+#[test]
+fn every_port_that_cannot_be_asked_says_why() {
+    let folder = Folder::in_memory();
+    let stated = folder.isolux(&["devices", "--identify", "usb:1", "/dev/nothing"], 3);
+    for words in [
+        "usb: cannot be asked",
+        "/dev/nothing: ",
+        "an instrument at 0 of 2 ports",
+        "could not be asked: usb:1, /dev/nothing",
+    ] {
+        assert!(stated.contains(words), "{words} is not in\n{stated}");
+    }
 }

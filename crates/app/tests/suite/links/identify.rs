@@ -31,7 +31,7 @@ fn requested(twin: &'static TwinKind, how: Offer) -> identify::PortReport {
             })
         };
         let before = state();
-        let asking = tokio::task::spawn_blocking(move || identify::identify(&[port]));
+        let asking = tokio::task::spawn_blocking(move || identify::identify(&[port], &Silent));
         let requested = asking.await.unwrap()?.remove(0);
         assert_eq!(state(), before, "{}: nothing moves", twin.driver);
         Ok(requested)
@@ -105,7 +105,7 @@ fn ports_are_asked_side_by_side_and_reported_in_their_order() {
                 }
             });
         }
-        let asking = tokio::task::spawn_blocking(move || identify::identify(&ports));
+        let asking = tokio::task::spawn_blocking(move || identify::identify(&ports, &Silent));
         asking.await.unwrap()
     });
     let found: Vec<Vec<&str>> = requested
@@ -127,7 +127,7 @@ fn a_device_is_asked_by_one_name_after_the_other() {
         let port = outlets[0].address.clone();
         std::os::unix::fs::symlink(&port, &link).unwrap();
         let names = [port, link.to_str().unwrap().to_owned()];
-        let asking = tokio::task::spawn_blocking(move || identify::identify(&names));
+        let asking = tokio::task::spawn_blocking(move || identify::identify(&names, &Silent));
         asking.await.unwrap()
     });
     for port in requested.unwrap() {
@@ -138,7 +138,13 @@ fn a_device_is_asked_by_one_name_after_the_other() {
 
 #[test]
 fn what_cannot_be_asked_says_why() {
-    let stated = |port: &str| identify::identify(&[port.to_owned()]).unwrap().remove(0).error.unwrap();
+    let stated = |port: &str| {
+        identify::identify(&[port.to_owned()], &Silent)
+            .unwrap()
+            .remove(0)
+            .error
+            .unwrap()
+    };
     assert!(
         stated("/dev/ttyNONE7").contains("isolux devices"),
         "{}",
@@ -157,7 +163,7 @@ fn a_port_that_somebody_has_is_not_asked() {
         let theirs = SystemLinks::default();
         let line = room.twin(Instrument::Luxmeter).unwrap().line;
         let _held = theirs.open(&port, line).await.unwrap();
-        let asking = tokio::task::spawn_blocking(move || identify::identify(&[port]));
+        let asking = tokio::task::spawn_blocking(move || identify::identify(&[port], &Silent));
         Ok(asking.await.unwrap()?.remove(0))
     });
     let requested = requested.unwrap();
