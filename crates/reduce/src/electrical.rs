@@ -90,7 +90,7 @@ fn standard_deviation(values: &[f64], mean: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::testing::reading;
-    use crate::tests::STATION;
+    use isolux_any_record::STATION;
 
     fn station(tables: &str) -> Station {
         Station::parse("s.toml".into(), &format!("{STATION}{tables}")).unwrap()

@@ -53,7 +53,7 @@ mod tests {
     use camino::Utf8Path;
 
     fn checked(block: &str) -> Result<IntensityDistribution, ReduceError> {
-        let station = Station::parse(Utf8Path::new("station.toml"), crate::tests::STATION).unwrap();
+        let station = Station::parse(Utf8Path::new("station.toml"), isolux_any_record::STATION).unwrap();
         let plan = format!("format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\n{block}\n");
         check_feasibility(&Plan::parse(Utf8Path::new("plan.toml"), &plan).unwrap(), &station)
     }

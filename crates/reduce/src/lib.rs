@@ -58,8 +58,6 @@ mod unmeasured;
 
 #[cfg(test)]
 mod testing;
-#[cfg(test)]
-mod tests;
 
 use std::collections::BTreeSet;
 
@@ -70,7 +68,7 @@ pub use angles::BeamAngles;
 pub use apparent::Apparent;
 pub use background::{Background, Level, Subtract};
 pub use between::Between;
-pub use budget::{Common, of_directions_cd};
+pub use budget::{Common, noise_of_directions, of_directions_cd, weighted_sum};
 pub use closing::Closing;
 pub use colour::Colour;
 pub use correction::{Correction, UnknownCorrection};

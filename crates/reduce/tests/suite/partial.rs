@@ -34,7 +34,7 @@ fn a_scan_that_ended_early_gives_partial_results_that_say_so() {
             "{quantity:?}"
         );
     }
-    let files = crate::files(&result, &early, &[], "isolux test").unwrap();
+    let files = isolux_reduce::files(&result, &early, &[], "isolux test").unwrap();
     let table = files
         .iter()
         .find(|file| file.name == "luminaire.partial.directions.csv")

@@ -1,7 +1,7 @@
 //! What is left out of a run or its station is never taken for zero; what does not agree gives no result.
 
 use super::*;
-use crate::Quantity;
+use isolux_reduce::{Quantity, weighted_sum};
 
 const STRAY: &str = "not corrected for stray light";
 const AMBIENT: &str = "not corrected for ambient light";
@@ -40,7 +40,7 @@ fn a_whole_day_at_a_station_that_says_everything_lacks_nothing() {
 fn every_direction_has_its_uncertainty_and_where_it_comes_from() {
     let table = |run: &Run| -> (Reduction, Vec<Vec<String>>) {
         let reduction = plain(run);
-        let files = crate::files(&reduction, run, &[], "isolux test").unwrap();
+        let files = isolux_reduce::files(&reduction, run, &[], "isolux test").unwrap();
         let mut named = files.iter().filter(|file| file.name.ends_with("directions.csv"));
         let text = String::from_utf8(named.next().unwrap().bytes.clone()).unwrap();
         let fields = |line: &str| line.split(',').map(str::to_owned).collect();
@@ -58,7 +58,7 @@ fn every_direction_has_its_uncertainty_and_where_it_comes_from() {
     for row in rows.iter().skip(1).step_by(7) {
         // As of a sum with this direction alone.
         let weights = grid.direction_weights(number(&row[0]), number(&row[1]));
-        let alone = crate::budget::weighted_sum(grid, &weights, &result.common, "cd");
+        let alone = weighted_sum(grid, &weights, &result.common, "cd");
         assert!(
             (number(&row[5]) / alone.u_of_parts - 1.0).abs() < 1e-9,
             "{row:?} {alone:?}"
@@ -196,7 +196,7 @@ fn coarse_steps_cost_what_they_lose() {
 #[test]
 fn what_is_missing_stands_in_every_file_and_no_plus_minus_does() {
     let run = run_at(without_kinds(&[ReadingKind::Baffled]), "", "");
-    let files = crate::files(&plain(&run), &run, &[], "isolux test").unwrap();
+    let files = isolux_reduce::files(&plain(&run), &run, &[], "isolux test").unwrap();
     let text = |name: &str| {
         let file = files.iter().find(|file| file.name == name).unwrap();
         String::from_utf8_lossy(&file.bytes).into_owned()
@@ -249,7 +249,7 @@ fn a_reference_in_the_dark_gives_no_result_unless_it_is_accepted() {
     let result = accepted(dark_visit(), &[]);
     assert_eq!(result.flux.u, None);
     assert_eq!(result.accepted.as_ref().unwrap().findings, *findings);
-    for file in crate::files(&result, &run, &[], "isolux test").unwrap() {
+    for file in isolux_reduce::files(&result, &run, &[], "isolux test").unwrap() {
         let text = String::from_utf8_lossy(&file.bytes).into_owned();
         if !file.name.contains(".sp") {
             assert!(text.contains("drift beyond the limits was accepted"), "{}", file.name);

@@ -7,13 +7,12 @@ mod rated;
 mod shapes;
 
 use camino::Utf8Path;
-pub(crate) use isolux_any_record::STATION;
-use isolux_any_record::{PLAN, lamp, run};
+use isolux_any_record::{PLAN, STATION, lamp, reading, run};
+use isolux_model::{Emitter, Luminaire, Model, Spectral};
 use isolux_record::run::Run;
 use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 
-use crate::testing::reading;
-use crate::{Correction, Drift, Options, ReduceError, Reduction, reduce};
+use isolux_reduce::{Correction, Drift, Options, ReduceError, Reduction, noise_of_directions, reduce};
 
 fn rounded(lux: f64) -> f64 {
     (lux * 100.0).round() / 100.0
@@ -81,6 +80,13 @@ fn accepted(rows: Vec<Reading>, without: &[Correction]) -> Reduction {
         accept_drift: Some("a test".to_owned()),
     };
     reduce(&run(rows), &options, None).unwrap()
+}
+
+/// The model file of a reduction.
+fn model_file(reduction: &Reduction, run: &Run) -> toml::Table {
+    let files = isolux_reduce::files(reduction, run, &[], "isolux test").unwrap();
+    let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
+    std::str::from_utf8(&model.bytes).unwrap().parse().unwrap()
 }
 
 #[test]
@@ -186,7 +192,9 @@ fn poles_have_one_value_and_displaced_readings_go_home() {
 fn a_model_of_nothing_changes_nothing_though_the_half_planes_differ_at_the_pole() {
     let run = run(day(rounded, -0.002));
     let plain = reduce(&run, &Options::default(), None).unwrap();
-    let with = reduce(&run, &Options::default(), Some(crate::floor::far_field(&plain))).unwrap();
+    let distribution = plain.grid.distribution.clone();
+    let far_field = Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None));
+    let with = reduce(&run, &Options::default(), Some(far_field)).unwrap();
     assert!(plain.grid.pole_spread_cd[0] > 0.1, "{:?}", plain.grid.pole_spread_cd);
     for (a, b) in with
         .grid
@@ -233,7 +241,7 @@ fn the_same_run_gives_the_same_bytes_and_the_file_the_same_flux() {
     let run = run(day(rounded, 0.0));
     let make = || {
         let result = reduce(&run, &Options::default(), None).unwrap();
-        let files = crate::files(
+        let files = isolux_reduce::files(
             &result,
             &run,
             &[("readings.csv".to_owned(), vec![1, 2, 3])],
@@ -281,12 +289,9 @@ fn readings_are_intervals_and_the_raw_distribution_stays_beside_the_smoothed_one
         assert!(!without.parts.contains_key("smoothing"));
     }
     // What each direction has on its own is not stated smaller.
-    assert_eq!(
-        crate::budget::noise_of_directions(&smooth.grid),
-        crate::budget::noise_of_directions(&raw.grid)
-    );
+    assert_eq!(noise_of_directions(&smooth.grid), noise_of_directions(&raw.grid));
     let writes_raw = |reduction: &Reduction| {
-        let files = crate::files(reduction, &rows(), &[], "isolux test").unwrap();
+        let files = isolux_reduce::files(reduction, &rows(), &[], "isolux test").unwrap();
         files.iter().any(|file| file.name == "luminaire.raw.ldt")
     };
     assert!(writes_raw(&smooth) && !writes_raw(&raw));
@@ -306,9 +311,7 @@ fn the_model_says_which_readings_its_distribution_was_made_of() {
     );
     let run = run(rows);
     let result = reduce(&run, &Options::default(), None).unwrap();
-    let files = crate::files(&result, &run, &[], "isolux test").unwrap();
-    let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
-    let model: toml::Table = std::str::from_utf8(&model.bytes).unwrap().parse().unwrap();
+    let model = model_file(&result, &run);
     // A visit to the reference point, 91 γ, and so on; neither the closing half-plane nor what is dark.
     let first = |plane: i64| 92 * plane + if plane == 0 { 1 } else { 2 };
     let expected: Vec<toml::Value> = (0..24)
@@ -330,7 +333,7 @@ fn the_drift_that_was_taken_out_stands_in_the_model() {
     else {
         panic!("{:?}", result.drift);
     };
-    let files = crate::files(&result, &falling, &[], "isolux test").unwrap();
+    let files = isolux_reduce::files(&result, &falling, &[], "isolux test").unwrap();
     let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
     let text = std::str::from_utf8(&model.bytes).unwrap();
     assert!(
@@ -345,9 +348,7 @@ fn the_drift_that_was_taken_out_stands_in_the_model() {
     let Drift::None { u_rate_per_h, .. } = result.drift else {
         panic!("{:?}", result.drift);
     };
-    let files = crate::files(&result, &steady, &[], "isolux test").unwrap();
-    let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
-    let model: toml::Table = std::str::from_utf8(&model.bytes).unwrap().parse().unwrap();
+    let model = model_file(&result, &steady);
     let effects = model["effect"].as_array().unwrap();
     let drift = effects
         .iter()
@@ -460,8 +461,22 @@ fn a_block_that_was_never_begun_is_missed() {
 fn a_signed_scan_beside_the_grid_is_left_out() {
     let rows_of = |blocks: &[(&str, &str, f64, usize)]| {
         let run = planned(blocks);
-        let chosen = crate::blocks::Chosen::of(&run).unwrap();
-        (chosen.rows.len(), chosen.notes)
+        let result = reduce(&run, &Options::default(), None).unwrap();
+        let notes: Vec<String> = result
+            .notes
+            .iter()
+            .filter(|note| note.starts_with("block "))
+            .cloned()
+            .collect();
+        let model = model_file(&result, &run);
+        let spans = model["luminaire"]["provenance"]["distribution_rows"]
+            .as_array()
+            .unwrap();
+        let rows: i64 = spans
+            .iter()
+            .map(|span| 1 + span[1].as_integer().unwrap() - span[0].as_integer().unwrap())
+            .sum();
+        (rows, notes)
     };
     let all = ("lit", FOUR, 10_000.0, 1);
     // A repeat of the grid's own directions joins it.
@@ -607,7 +622,7 @@ fn a_quadrant_is_a_symmetric_lamp_and_says_so() {
         "{:?}",
         round.notes
     );
-    let files = crate::files(&quadrant, &run, &[], "isolux test").unwrap();
+    let files = isolux_reduce::files(&quadrant, &run, &[], "isolux test").unwrap();
     let text = |name: &str| {
         let file = files.iter().find(|file| file.name == name).unwrap();
         String::from_utf8_lossy(&file.bytes).into_owned()
@@ -643,7 +658,7 @@ fn a_zone_without_the_axis_gives_a_model_that_can_be_read() {
         "{:?}",
         result.notes
     );
-    let files = crate::files(&result, &run, &[], "isolux test").unwrap();
+    let files = isolux_reduce::files(&result, &run, &[], "isolux test").unwrap();
     let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
     let text = std::str::from_utf8(&model.bytes).unwrap();
     assert!(
@@ -663,7 +678,7 @@ fn what_the_job_states_stands_in_every_file_and_the_name_of_the_station_in_none(
         toml::from_str("number = \"R-7\"\nlaboratory = \"Lab, Town\"\noperator = \"A. Person\"\ncustomer = \"B\"\n")
             .unwrap();
     let result = reduce(&run, &Options::default(), None).unwrap();
-    let files = crate::files(&result, &run, &[], "isolux test").unwrap();
+    let files = isolux_reduce::files(&result, &run, &[], "isolux test").unwrap();
     let text = |name: &str| {
         let file = files.iter().find(|file| file.name == name).unwrap();
         String::from_utf8_lossy(&file.bytes).into_owned()

@@ -5,8 +5,8 @@ use isolux_photometry::ratings::LcsZone;
 use isolux_record::Electrical;
 
 use super::*;
-use crate::eu_label::{Class, Cone, Known, label};
-use crate::ratings::{flux_share, hazard_distance, outdoor, photon_flux, rated_colour, sector_flux};
+use isolux_reduce::eu_label::{Class, Cone, Known, label};
+use isolux_reduce::ratings::{flux_share, hazard_distance, outdoor, photon_flux, rated_colour, sector_flux};
 
 const PI: f64 = std::f64::consts::PI;
 /// A power meter of 0.2 %.
@@ -50,7 +50,7 @@ fn with_label(mut run: Run, mains: Option<bool>) -> Run {
     run
 }
 
-fn known<'a>(label: &'a crate::eu_label::Label, name: &str) -> &'a Known {
+fn known<'a>(label: &'a isolux_reduce::eu_label::Label, name: &str) -> &'a Known {
     &label.rows.iter().find(|row| row.name == name).unwrap().known
 }
 
@@ -60,7 +60,7 @@ fn a_cone_has_its_part_of_the_flux_and_of_its_uncertainty() {
     // I = I₀·cos γ: Φ(γ) = π·I₀·sin²γ.
     let wide = sector_flux(&reduction, &Sector::zone(0.0, 60.0)).unwrap();
     assert!((wide.value / (0.75 * PI * 337.0) - 1.0).abs() < 1e-3, "{wide:?}");
-    let calibration = |quantity: &crate::Quantity| quantity.parts["calibration"] / quantity.value;
+    let calibration = |quantity: &isolux_reduce::Quantity| quantity.parts["calibration"] / quantity.value;
     assert!((calibration(&wide) - calibration(&reduction.flux)).abs() < 1e-12);
     let share = flux_share(&reduction, &Sector::zone(0.0, 60.0)).unwrap();
     assert!((share.value - 75.0).abs() < 0.1, "{share:?}");
@@ -173,7 +173,9 @@ fn the_file_has_a_line_for_every_row_and_its_words_stay_in_their_cells() {
     let stated = &mut run.header.eu_label.stated;
     stated.insert("supplier_address".to_owned(), "1, Street \"North\"".to_owned());
     let reduction = of(&run);
-    let text = crate::eu_label::file(&reduction, &run).unwrap().unwrap();
+    let files = isolux_reduce::files(&reduction, &run, &[], "isolux test").unwrap();
+    let file = files.iter().find(|file| file.name == "eu_label.csv").unwrap();
+    let text = std::str::from_utf8(&file.bytes).unwrap();
     let label = label(&reduction, &run).unwrap().unwrap();
     assert_eq!(text.lines().count(), 1 + label.rows.len());
     assert!(
