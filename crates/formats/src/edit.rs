@@ -259,6 +259,3 @@ fn difference(planes_deg: &[f64], rows: &[f64], old: &IntensityDistribution) -> 
 fn round(deg: f64) -> f64 {
     (deg * 1e9).round() / 1e9
 }
-
-#[cfg(test)]
-mod tests;

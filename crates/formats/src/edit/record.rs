@@ -74,3 +74,16 @@ pub(super) fn generation(code: &str, scaled: bool, interpolated: bool) -> String
     }
     digits.into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_generation_of_a_test_says_what_was_done_to_it() {
+        assert_eq!(generation("1.10000", true, false), "1.10100");
+        assert_eq!(generation("1.00000", true, true), "1.01100");
+        assert_eq!(generation("1.00010", true, true), "1.00010");
+        assert_eq!(generation("1.00001", true, false), "1.00001");
+    }
+}

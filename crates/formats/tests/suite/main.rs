@@ -2,6 +2,8 @@
 
 mod coordinates;
 mod damage;
+mod edits;
+mod gldf;
 mod openings;
 mod photometric;
 mod ratings;

@@ -1,8 +1,7 @@
 //! Each edit on an asymmetric lamp, written and read again.
 
-use super::record::generation;
-use super::*;
-use crate::{Content, read_any};
+use isolux_formats::{Content, Distribution, Edit, Symmetry, eulumdat, read_any};
+use isolux_photometry::IntensityDistribution;
 
 /// An asymmetric lamp: 24 half-planes, brighter towards C 30°.
 fn lamp() -> Distribution {
@@ -142,12 +141,4 @@ fn flux_grid_and_description() {
     ] {
         assert!(lamp.edited(std::slice::from_ref(&wrong)).is_err(), "{wrong:?}");
     }
-}
-
-#[test]
-fn the_generation_of_a_test_says_what_was_done_to_it() {
-    assert_eq!(generation("1.10000", true, false), "1.10100");
-    assert_eq!(generation("1.00000", true, true), "1.01100");
-    assert_eq!(generation("1.00010", true, true), "1.00010");
-    assert_eq!(generation("1.00001", true, false), "1.00001");
 }
