@@ -46,7 +46,7 @@ impl Distribution {
             notes.push(
                 Finding::note("convert-date-cut", message)
                     .raw(&old)
-                    .assumed("the end of its text gives way"),
+                    .assumed("the end of its text is cut off"),
             );
         }
         Ok((edited, notes))

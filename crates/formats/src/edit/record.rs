@@ -48,7 +48,7 @@ impl Distribution {
 /// Characters of EULUMDAT's line of date and user.
 const ROOM: usize = 78;
 
-/// The remark behind what stands there, which gives way where there is no room for both; and whether it did.
+/// The remark behind what stands there, whose end is cut off where there is no room for both; and whether it was.
 fn dated(date: &str, words: &str) -> (String, bool) {
     if date.is_empty() {
         return (words.to_owned(), false);

@@ -59,7 +59,7 @@ impl Layout<'_> {
         }
     }
 
-    /// As wide as the longest line of each column; where they do not fit, the wide ones give way, never below their
+    /// As wide as the longest line of each column; where they do not fit, the wide ones are narrower, never below their
     /// longest word while that fits.
     fn widths(&self, table: &ReportTable, columns: usize, cell: Style) -> Vec<f32> {
         let room = WIDTH - GAP * (columns as f32 - 1.0);
