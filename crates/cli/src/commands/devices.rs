@@ -86,7 +86,7 @@ fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
             screen::say("  nobody answered; check power, cable and the line settings of the instrument")?;
         }
         if let Some(error) = &port.error {
-            screen::say(format_args!("  {:16} {error}", "not asked"))?;
+            screen::say(format_args!("  {:16} {error}", "error"))?;
         }
         for tried in &port.tried {
             screen::say(format_args!("  {:16} {tried}", "asked with"))?;

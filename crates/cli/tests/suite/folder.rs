@@ -23,10 +23,10 @@ impl Folder {
 
     fn below(place: PathBuf) -> Self {
         let kept = std::env::var_os("ISOLUX_TEST_DIR").map(PathBuf::from);
-        let mut folder = tempfile::tempdir_in(kept.as_deref().unwrap_or(&place)).unwrap();
-        folder.disable_cleanup(kept.is_some());
+        let mut directory = tempfile::tempdir_in(kept.as_deref().unwrap_or(&place)).unwrap();
+        directory.disable_cleanup(kept.is_some());
         Self {
-            directory: folder,
+            directory,
             low_priority: false,
         }
     }

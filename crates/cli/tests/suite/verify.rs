@@ -377,9 +377,7 @@ fn a_changed_signature_is_no_signature() {
 
 #[test]
 fn a_station_or_calibration_that_is_not_that_of_the_run_is_named() {
-    let folder = Folder::in_memory();
-    folder.isolux(&["init", "bench"], 0);
-    folder.write("bench/plan.toml", PLAN);
+    let folder = bench();
     state_head(&folder);
     folder.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
     let station = ["--station", "bench/station.toml"];

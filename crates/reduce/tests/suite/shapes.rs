@@ -3,7 +3,7 @@
 use isolux_any_record::{CHANGES, Random, run, run_as_is, shuffled, whole};
 use isolux_record::{Reading, ReadingKind};
 
-use isolux_reduce::{Options, reduce};
+use isolux_reduce::{Drift, Options, reduce};
 
 /// What a reduction says, to the last bit.
 fn stated(rows: Vec<Reading>, options: &Options) -> String {
@@ -60,7 +60,7 @@ fn a_lamp_that_comes_back_as_it_was_is_followed_by_its_age() {
     let (once, twice) = (of(once), of(twice));
     for reduction in [&once, &twice] {
         assert!(
-            matches!(reduction.drift, isolux_reduce::Drift::Linear { rate_per_h, .. } if (rate_per_h - 0.024).abs() < 0.001),
+            matches!(reduction.drift, Drift::Linear { rate_per_h, .. } if (rate_per_h - 0.024).abs() < 0.001),
             "{:?}",
             reduction.drift
         );

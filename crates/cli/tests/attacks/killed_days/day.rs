@@ -142,7 +142,7 @@ impl Bench {
     }
 
     fn of(seed: u64, phases: &'static [Phase], distribution: Option<&str>) -> Option<Self> {
-        let folder = Folder::in_memory();
+        let folder = Folder::in_memory().at_low_priority();
         let moves = phases.contains(&Phase::Sweeps);
         folder.isolux(
             if moves {
