@@ -17,6 +17,9 @@ const NANOMETRES: usize = TABLE + 1;
 /// nanometres: ∫ Π S·hat dλ with the triangle "hat" of ±1 nm about each. In a nanometre where no factor has a
 /// point, half of the product at each end.
 pub(crate) fn per_nm(factors: &[&Spectrum]) -> [f64; TABLE] {
+    if factors.iter().all(|factor| has_whole_nm_alone(factor)) {
+        return std::array::from_fn(|k| factors.iter().map(|factor| at_whole_nm(factor, from(k + 1))).product());
+    }
     // The first point of each factor that is not below the wavelength at hand: all go up together.
     let mut above = vec![0; factors.len()];
     let mut halves = [0.0; NANOMETRES];
@@ -45,6 +48,20 @@ pub(crate) fn per_nm(factors: &[&Spectrum]) -> [f64; TABLE] {
         };
         end(parts[below], below, 1, above) + end(parts[above], above, 0, below)
     })
+}
+
+/// All points at whole nanometres: none is strictly inside of one.
+fn has_whole_nm_alone(spectrum: &Spectrum) -> bool {
+    spectrum.wavelength_nm().iter().all(|nm| *nm == f64::from(*nm as i32))
+}
+
+/// The value at a whole nanometre; where there is a point at each, its place is known.
+fn at_whole_nm(spectrum: &Spectrum, nm: f64) -> f64 {
+    let place = (nm - spectrum.first_nm()) as usize;
+    match spectrum.wavelength_nm().get(place) {
+        Some(at) if *at == nm => spectrum.value()[place],
+        _ => spectrum.at_nm(nm),
+    }
 }
 
 /// Where nanometre `i` begins.
