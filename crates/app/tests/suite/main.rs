@@ -10,6 +10,7 @@ mod conformity;
 mod draws;
 mod every_twin;
 mod feasibility;
+mod identify;
 mod in_room;
 mod interference;
 mod languages;

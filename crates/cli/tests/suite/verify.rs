@@ -198,31 +198,43 @@ fn change_a_digit(folder: &Folder, files: &[&str]) {
     }
 }
 
-/// What is recorded, what a reduction took and each list of hashes is changed alone: results are compared with what is
-/// computed from them. Of the results, every seventh together.
-fn groups(files: &[String]) -> Vec<Vec<&str>> {
-    let alone = |file: &&str| {
-        let is_result = ["results/", "with/"].iter().any(|folder| file.starts_with(folder));
-        !is_result || file.contains("/reduced_with/") || file.ends_with("provenance.json")
+/// Every file of the day that is verified; whether it is a result that is compared with what is computed from the
+/// others, and no list of them.
+fn files(folder: &Folder, computed: bool) -> Vec<String> {
+    let is_computed = |file: &str| {
+        ["results/", "with/"].iter().any(|folder| file.starts_with(folder))
+            && !file.contains("/reduced_with/")
+            && !file.ends_with("provenance.json")
     };
-    let (alone, results): (Vec<&str>, Vec<&str>) = files.iter().map(String::as_str).partition(alone);
-    let together = (0..7).map(|first| results.iter().skip(first).step_by(7).copied().collect());
-    alone.into_iter().map(|file| vec![file]).chain(together).collect()
+    let mut files = names(&folder.path("day"));
+    files.retain(|file| file != "log.txt" && is_computed(file) == computed);
+    files
 }
 
 #[test]
-fn one_changed_digit_in_any_file_of_a_run_is_named() {
+fn one_changed_digit_in_any_recorded_file_is_named() {
+    let folder = day();
+    let files = files(&folder, false);
+    for known in ["run.toml", "spectra/000.csv", "job/job.toml"] {
+        assert!(files.iter().any(|file| file == known), "{files:?}");
+    }
+    for file in &files {
+        change_a_digit(&folder, &[file]);
+    }
+}
+
+/// Every seventh together.
+#[test]
+fn one_changed_digit_in_any_result_is_named() {
     let folder = day();
     let found = verify(&folder, "day", &[], 0);
     let unchecked: Vec<String> = of(&found, "not_checked").into_iter().map(|(name, _)| name).collect();
     assert_eq!(unchecked, ["log.txt"]);
-    let mut files = names(&folder.path("day"));
-    files.retain(|file| file != "log.txt");
-    for known in ["run.toml", "spectra/000.csv", "job/job.toml", "results/diagnosis.json"] {
-        assert!(files.iter().any(|file| file == known), "{files:?}");
-    }
-    for group in groups(&files) {
-        change_a_digit(&folder, &group);
+    let files = files(&folder, true);
+    assert!(files.iter().any(|file| file == "results/diagnosis.json"), "{files:?}");
+    for first in 0..7 {
+        let together: Vec<&str> = files.iter().skip(first).step_by(7).map(String::as_str).collect();
+        change_a_digit(&folder, &together);
     }
     folder.isolux(&["report", "day", "--pdf"], 0);
     verify(&folder, "day", &[], 0);

@@ -155,7 +155,7 @@ fn a_plan_without_darks_or_distances_makes_no_false_claim() {
 }
 
 #[test]
-fn maps_are_named_or_called_unknown() {
+fn clean_maps_are_consistent() {
     for (order, document) in of_kind(Class::CleanWhite, true, 1) {
         assert_eq!(
             document.verdict,
@@ -164,15 +164,27 @@ fn maps_are_named_or_called_unknown() {
             document.sentence
         );
     }
+}
+
+#[test]
+fn what_maps_show_is_inside_its_set() {
     for (order, document) in of_kind(Class::Single(30), true, 6) {
         let name = order.hidden[0].0;
         assert!(holds(&document, name), "{name}: {}", document.sentence);
         assert!(!surely_wrong(&order, &document), "{name}: {}", document.sentence);
     }
+}
+
+#[test]
+fn what_no_catalogue_has_gets_no_name_from_maps() {
     for (order, document) in of_kind(Class::Outside(20), true, 4) {
         let name = order.hidden[0].0;
         assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
     }
+}
+
+#[test]
+fn maps_of_a_common_plan_make_no_false_claim() {
     for (order, document) in of_kind(Class::Common, true, 2) {
         assert!(
             !surely_wrong(&order, &document),

@@ -24,15 +24,16 @@ fn order(kind: Kind, fault: Option<(&str, f64)>, day: u64) -> Order {
 #[test]
 fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
     let orders = [
+        // The longest first: two at a time.
+        Order {
+            seed: 5,
+            ..order(Kind::Maps, Some(("near_field", 10.0)), 565)
+        },
         order(Kind::Readings, None, 1),
         order(Kind::Readings, None, 2),
         order(Kind::Readings, Some(("gamma_zero", 30.0)), 3),
         order(Kind::Maps, Some(("exposure_offset", 10.0)), 4),
         order(Kind::Maps, Some(("quantization", 30.0)), 5),
-        Order {
-            seed: 5,
-            ..order(Kind::Maps, Some(("near_field", 10.0)), 565)
-        },
     ];
     let folder = tempfile::tempdir().unwrap();
     let root = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();

@@ -8,7 +8,6 @@
 #![cfg(unix)]
 #![expect(clippy::print_stdout, reason = "how long each scan took")]
 
-mod identify;
 mod unplugged;
 
 use std::sync::Arc;

@@ -1,6 +1,8 @@
 //! `devices --identify` against every twin of the table: each is found by its own driver, nothing is set, nothing
 //! moves.
 
+#![cfg(unix)]
+
 use std::sync::Arc;
 
 use isolux_app::files::Overwrite;
