@@ -158,12 +158,9 @@ fn appearances(light: &[f64; 471]) -> Option<Vec<Appearance>> {
 struct Viewing {
     gain: [f64; 3],
     f_l: f64,
+    n: f64,
     n_bb: f64,
     a_white: f64,
-    /// c·z, the exponent of lightness.
-    lightness: f64,
-    /// (1.64 − 0.29ⁿ)^0.73 F_L^0.25: what turns t and J into colourfulness.
-    colourfulness: f64,
 }
 
 const CAT02: [[f64; 3]; 3] = [
@@ -187,14 +184,12 @@ impl Viewing {
         let l_a: f64 = 100.0;
         let k4 = (1.0 / (5.0 * l_a + 1.0)).powi(4);
         let n: f64 = 20.0 / 100.0;
-        let f_l = 0.2 * k4 * 5.0 * l_a + 0.1 * (1.0 - k4).powi(2) * (5.0 * l_a).cbrt();
         let mut view = Self {
             gain: times(&CAT02, white).map(|c| 100.0 / c),
-            f_l,
+            f_l: 0.2 * k4 * 5.0 * l_a + 0.1 * (1.0 - k4).powi(2) * (5.0 * l_a).cbrt(),
+            n,
             n_bb: 0.725 * (1.0 / n).powf(0.2),
             a_white: 1.0,
-            lightness: 0.69 * (1.48 + n.sqrt()),
-            colourfulness: (1.64 - 0.29f64.powf(n)).powf(0.73) * f_l.powf(0.25),
         };
         view.a_white = view.achromatic(view.cones(white));
         view
@@ -219,9 +214,10 @@ impl Viewing {
         let (a, bb) = (r - 12.0 * g / 11.0 + b / 11.0, (r + g - 2.0 * b) / 9.0);
         let hue = bb.atan2(a);
         let eccentricity = 0.25 * ((hue + 2.0).cos() + 3.8);
-        let j = 100.0 * (self.achromatic(cones) / self.a_white).powf(self.lightness);
+        let j = 100.0 * (self.achromatic(cones) / self.a_white).powf(0.69 * (1.48 + self.n.sqrt()));
         let t = 50_000.0 / 13.0 * self.n_bb * eccentricity * a.hypot(bb) / (r + g + 21.0 / 20.0 * b);
-        let m = t.powf(0.9) * (j / 100.0).sqrt() * self.colourfulness;
+        let chroma = t.powf(0.9) * (j / 100.0).sqrt() * (1.64 - 0.29f64.powf(self.n)).powf(0.73);
+        let m = chroma * self.f_l.powf(0.25);
         let m = (1.0 + 0.0228 * m).ln() / 0.0228;
         Appearance {
             j: 1.7 * j / (1.0 + 0.007 * j),

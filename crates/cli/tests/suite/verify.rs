@@ -223,7 +223,7 @@ fn one_changed_digit_in_any_recorded_file_is_named() {
     }
 }
 
-/// Every seventh together.
+/// Every seventh together: each is compared with what is computed from the record, not with another.
 #[test]
 fn one_changed_digit_in_any_result_is_named() {
     let folder = day();
