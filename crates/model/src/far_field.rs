@@ -30,8 +30,11 @@ impl Model {
         } else {
             nodes.iter().flat_map(Node::bits).collect()
         };
-        let fit = || Lobe::fit(self.luminaire().grid(), &nodes, aim_deg, on_circles);
-        self.luminaire().memory.lobe_or(key, fit)
+        let luminaire = self.luminaire();
+        luminaire.memory.lobe_or(key, || {
+            let target = luminaire.memory.lobe_target_or(|| Lobe::target_cd(luminaire.grid()));
+            Lobe::fit(&target, &nodes, aim_deg, on_circles)
+        })
     }
 
     /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine
@@ -88,12 +91,8 @@ impl Model {
         let aim_deg = (law.aim_deg)(values);
         let given = |azimuth_deg| self.given_at(azimuth_deg);
         let luminaire = self.luminaire();
-        Some(Sectors::of(
-            luminaire.grid(),
-            luminaire.stated_emitter(),
-            aim_deg,
-            given,
-        ))
+        let lobe = luminaire.memory.part_lobe_or(|| Sectors::lobe(luminaire.grid()));
+        Some(Sectors::of(lobe, luminaire.stated_emitter(), aim_deg, given))
     }
 
     /// What the part of the emitter at an azimuth in degrees still gives: 1 where no effect dims it.

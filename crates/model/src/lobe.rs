@@ -4,6 +4,8 @@
 //! the lobe, so the single lobe is narrower. Only its ratio to that sum is used, so that the far field is the file's
 //! exactly, whatever is left of the fit.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use isolux_photometry::{IntensityDistribution, angles_deg, direction, polar_deg};
 
@@ -44,16 +46,15 @@ enum Sum {
 }
 
 impl Lobe {
-    /// The lobe of LEDs `nodes` that lean inward by `aim_deg`.
-    pub(crate) fn fit(
-        distribution: &IntensityDistribution,
-        nodes: &[Node],
-        aim_deg: f64,
-        on_circles: bool,
-    ) -> Option<Self> {
-        let target: Vec<f64> = (0..NODES)
+    /// What the lobes of all LEDs add up to: the mean over C of a distribution, at the angles of [`fit`](Self::fit).
+    pub(crate) fn target_cd(distribution: &IntensityDistribution) -> Arc<[f64]> {
+        (0..NODES)
             .map(|i| mean_over_c(distribution, i as f64 * STEP_DEG).max(0.0))
-            .collect();
+            .collect()
+    }
+
+    /// The lobe of LEDs `nodes` that lean inward by `aim_deg`.
+    pub(crate) fn fit(target: &[f64], nodes: &[Node], aim_deg: f64, on_circles: bool) -> Option<Self> {
         let upright = Self::upright(nodes);
         let (sin, cos) = aim_deg.to_radians().sin_cos();
         // What LEDs at these azimuths send to one γ left them at other angles from their own axes.
@@ -79,7 +80,7 @@ impl Lobe {
         };
         // Multiplicative iteration keeps the lobe positive; the correction is smoothed, because undoing an average
         // would otherwise blow up the corners that the file's grid has between its angles.
-        let mut lobe = target.clone();
+        let mut lobe = target.to_vec();
         let peak = target.iter().fold(0.0_f64, |peak, value| peak.max(*value));
         let bright = target.iter().rposition(|value| *value >= 0.5 * peak).unwrap_or(0);
         let half_width = ((SMOOTHING_SHARE * bright as f64) as usize).clamp(SMOOTHING.0, SMOOTHING.1) as isize;
@@ -222,7 +223,7 @@ mod tests {
             })
             .collect();
         let file = IntensityDistribution::new(vec![0.0], gamma, far.clone()).unwrap();
-        let lobe = Lobe::fit(&file, &nodes, aim, true).unwrap();
+        let lobe = Lobe::fit(&Lobe::target_cd(&file), &nodes, aim, true).unwrap();
         for g in [0.0f64, 5.0, 15.0, 30.0, 45.0] {
             let (sin, cos) = g.to_radians().sin_cos();
             for azimuth in [0.0f64, 1.0, 2.5] {
@@ -256,7 +257,8 @@ mod tests {
             aim_deg: 8.0,
         };
         let nodes = ring.nodes(1);
-        let [clean, noisy] = [0.0, 1e-3].map(|noise| Lobe::fit(&file(noise), &nodes, 8.0, true).unwrap());
+        let [clean, noisy] =
+            [0.0, 1e-3].map(|noise| Lobe::fit(&Lobe::target_cd(&file(noise)), &nodes, 8.0, true).unwrap());
         // The light of all LEDs on a sensor at 500 mm, where each is seen from another direction.
         let worst = (0..15)
             .map(|x| {

@@ -166,7 +166,7 @@ impl Luminaire {
         Self {
             emitter,
             correction: factor.map(Correction::new),
-            memory: Memory::default(),
+            memory: self.memory.of_distribution(),
             ..self.clone()
         }
     }

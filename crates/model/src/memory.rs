@@ -1,10 +1,11 @@
 //! What was computed of a luminaire once: a diagnosis asks for the same light hundreds of times.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::DVec3;
 
+use crate::angle_table::AngleTable;
 use crate::lobe::Lobe;
 
 /// γ, lean of the axis, distance, height.
@@ -58,9 +59,20 @@ pub(crate) struct Memory {
     floor_integrals: Kept<RowKey, Arc<[FloorLight]>>,
     seen: Kept<Vec<u64>, Arc<SeenLight>>,
     lobes: Kept<Vec<u64>, Option<Arc<Lobe>>>,
+    lobe_target: Arc<OnceLock<Arc<[f64]>>>,
+    part_lobe: Arc<OnceLock<Arc<AngleTable>>>,
 }
 
 impl Memory {
+    /// What holds of the same distribution with another emitter.
+    pub fn of_distribution(&self) -> Self {
+        Self {
+            lobe_target: Arc::clone(&self.lobe_target),
+            part_lobe: Arc::clone(&self.part_lobe),
+            ..Self::default()
+        }
+    }
+
     /// The light of the floor at one place.
     pub fn floor_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
         // A fit of the height asks for new ones at every step.
@@ -90,6 +102,16 @@ impl Memory {
     pub fn lobe_or(&self, key: Vec<u64>, compute: impl FnOnce() -> Option<Lobe>) -> Option<Arc<Lobe>> {
         self.lobes
             .get_or(key, |kept| kept.len() >= 500, || compute().map(Arc::new))
+    }
+
+    /// What the lobes of all LEDs add up to.
+    pub fn lobe_target_or(&self, compute: impl FnOnce() -> Arc<[f64]>) -> Arc<[f64]> {
+        Arc::clone(self.lobe_target.get_or_init(compute))
+    }
+
+    /// The lobe of a part that gives more or less than the others.
+    pub fn part_lobe_or(&self, compute: impl FnOnce() -> AngleTable) -> Arc<AngleTable> {
+        Arc::clone(self.part_lobe.get_or_init(|| Arc::new(compute())))
     }
 }
 

@@ -1,5 +1,7 @@
 //! What is missing of the light of a luminaire whose parts give unequally.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use isolux_photometry::{IntensityDistribution, angles_deg};
 
@@ -18,18 +20,13 @@ const LOBE_STEPS: usize = 360;
 pub struct Sectors {
     parts: Vec<(Node, f64)>,
     /// The lobe of a part, mean over C.
-    lobe: AngleTable,
+    lobe: Arc<AngleTable>,
 }
 
 impl Sectors {
     /// The parts of `emitter`, of which one at an azimuth in degrees gives the share `given`. An emitter without LEDs
-    /// has a ring of them in its place, which lean inwards by `aim_deg`.
-    pub(crate) fn of(
-        base: &IntensityDistribution,
-        emitter: &Emitter,
-        aim_deg: f64,
-        given: impl Fn(f64) -> f64,
-    ) -> Self {
+    /// has a ring of them in its place, which lean inwards by `aim_deg`. Each part has the same `lobe`.
+    pub(crate) fn of(lobe: Arc<AngleTable>, emitter: &Emitter, aim_deg: f64, given: impl Fn(f64) -> f64) -> Self {
         let emitter = match emitter {
             leds @ Emitter::Leds { .. } => leds.clone(),
             area => Emitter::Leds {
@@ -48,17 +45,18 @@ impl Sectors {
                 (node, given(azimuth_deg))
             })
             .collect();
+        Self { parts, lobe }
+    }
+
+    /// The lobe of a part of a luminaire that gives `base`.
+    pub(crate) fn lobe(base: &IntensityDistribution) -> AngleTable {
         let planes = if base.is_rotational() { 1 } else { 24 };
-        let mean = |gamma_deg: f64| {
+        AngleTable::of(LOBE_STEPS, |gamma_deg| {
             let sum: f64 = (0..planes)
                 .map(|k| base.intensity_cd_at(360.0 * f64::from(k) / f64::from(planes), gamma_deg))
                 .sum();
             sum / f64::from(planes)
-        };
-        Self {
-            parts,
-            lobe: AngleTable::of(LOBE_STEPS, mean),
-        }
+        })
     }
 
     /// Mean distance of the parts from the middle, mm.
