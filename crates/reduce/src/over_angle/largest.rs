@@ -68,26 +68,22 @@ impl Largest {
             })
             .collect();
         let maxima = |t: f64| {
-            let mut maxima: Vec<f64> = noise
-                .chunks(differences.len())
-                .map(|noise| {
-                    let squares = differences.iter().zip(noise);
-                    let squares = squares.map(|([u, v], [nu, nv])| (t * u + nu).powi(2) + (t * v + nv).powi(2));
-                    squares.fold(0.0, f64::max).sqrt()
-                })
-                .collect();
-            maxima.sort_by(f64::total_cmp);
-            maxima
+            let differences = &differences;
+            noise.chunks(differences.len()).map(move |noise| {
+                let squares = differences.iter().zip(noise);
+                let squares = squares.map(|([u, v], [nu, nv])| (t * u + nu).powi(2) + (t * v + nv).powi(2));
+                squares.fold(0.0, f64::max).sqrt()
+            })
         };
-        // The factor at which a statistic of the maxima reaches what was read; 0 where it is above from the first.
-        let factor = |statistic: &dyn Fn(&[f64]) -> f64| {
+        // The factor up to which something of the maxima is below what was read; 0 where it is above from the first.
+        let factor = |is_below: &dyn Fn(f64) -> bool| {
             let (mut low, mut high) = (0.0, farthest);
-            if statistic(&maxima(low)) >= read {
+            if !is_below(low) {
                 return low;
             }
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
-                if statistic(&maxima(middle)) < read {
+                if is_below(middle) {
                     low = middle;
                 } else {
                     high = middle;
@@ -95,18 +91,25 @@ impl Largest {
             }
             0.5 * (low + high)
         };
-        let mean = |maxima: &[f64]| maxima.iter().sum::<f64>() / maxima.len() as f64;
-        let quantile = |share: f64| move |maxima: &[f64]| maxima[((maxima.len() - 1) as f64 * share).round() as usize];
-        let t = factor(&mean);
-        let (least, most) = (factor(&quantile(1.0 - TAIL)), factor(&quantile(TAIL)));
-        let alone = maxima(0.0);
-        let spread = 0.5 * (quantile(0.84)(&alone) - quantile(0.16)(&alone));
+        let place_of = |share: f64| ((draws - 1) as f64 * share).round() as usize;
+        // A quantile is below where more values are than stand before it.
+        let quantile_below = |share: f64| {
+            let before = place_of(share);
+            move |t: f64| maxima(t).filter(|maximum| *maximum < read).count() > before
+        };
+        let t = factor(&|t| maxima(t).sum::<f64>() / (draws as f64) < read);
+        let (least, most) = (factor(&quantile_below(1.0 - TAIL)), factor(&quantile_below(TAIL)));
+        let u_of_noise_alone = || {
+            let mut alone: Vec<f64> = maxima(0.0).collect();
+            alone.sort_by(f64::total_cmp);
+            0.5 * (alone[place_of(0.84)] - alone[place_of(0.16)])
+        };
         Some(Self {
             place,
             read,
             value: t * reach,
             // Where there was even less than noise alone gives, what that scatters by.
-            u_noise: (0.5 * reach * (t - least).max(most - t)).max(if t == 0.0 { spread } else { 0.0 }),
+            u_noise: (0.5 * reach * (t - least).max(most - t)).max(if t == 0.0 { u_of_noise_alone() } else { 0.0 }),
         })
     }
 }
