@@ -8,6 +8,7 @@ mod colour_of_a_day;
 mod colour_over_angle;
 mod conformity;
 mod draws;
+mod every_section;
 mod every_twin;
 mod feasibility;
 mod identify;

@@ -3,10 +3,7 @@
 use camino::Utf8Path;
 use isolux_app::calibration::Calibration;
 use isolux_app::compare::Compared;
-use isolux_app::day::{self, Options};
 use isolux_app::formats::inspect::{self, Quantities};
-use isolux_app::front_end::control::Control;
-use isolux_app::front_end::progress::Silent;
 use isolux_app::modulation::Evaluated;
 use isolux_app::verify::Verification;
 use isolux_conformity::Conformity;
@@ -27,15 +24,8 @@ fn same<T: Serialize + DeserializeOwned>(file: &Utf8Path) {
     assert_eq!(serde_json::to_value(&read).unwrap(), stated, "{file}");
 }
 
-#[test]
-fn the_results_of_a_day_are_read_as_what_they_were_written_from() {
-    let keep = tempfile::tempdir().unwrap();
-    let folder = Utf8Path::from_path(keep.path()).unwrap().join("day");
-    let options = Options {
-        out: Some(folder.clone()),
-        ..Options::default()
-    };
-    day::run(&options, None, &Control::default(), &Silent).unwrap();
+/// The results of a day are read as what they were written from.
+pub fn results_are_read_back(folder: &Utf8Path) {
     let results = folder.join("results");
     same::<Budget>(&results.join("budget.json"));
     same::<Conformity>(&results.join("conformity.json"));
