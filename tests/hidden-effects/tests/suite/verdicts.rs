@@ -168,7 +168,7 @@ fn clean_maps_are_consistent() {
 
 #[test]
 fn what_maps_show_is_inside_its_set() {
-    for (order, document) in of_kind(Class::Single(30), true, 6) {
+    for (order, document) in of_kind(Class::Single(30), true, 4) {
         let name = order.hidden[0].0;
         assert!(holds(&document, name), "{name}: {}", document.sentence);
         assert!(!surely_wrong(&order, &document), "{name}: {}", document.sentence);
@@ -177,7 +177,7 @@ fn what_maps_show_is_inside_its_set() {
 
 #[test]
 fn what_no_catalogue_has_gets_no_name_from_maps() {
-    for (order, document) in of_kind(Class::Outside(20), true, 4) {
+    for (order, document) in of_kind(Class::Outside(20), true, 3) {
         let name = order.hidden[0].0;
         assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
     }
