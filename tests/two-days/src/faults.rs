@@ -570,28 +570,3 @@ pub static FAULTS: &[Fault] = &[
 pub fn of(kind: Kind) -> impl Iterator<Item = &'static Fault> {
     FAULTS.iter().filter(move |fault| fault.kind == kind)
 }
-
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use super::*;
-
-    #[test]
-    fn there_are_as_many_as_the_table_says_and_each_changes_the_room() {
-        assert!(of(Readings).count() >= 25 && of(Maps).count() >= 20);
-        let labels: BTreeSet<_> = FAULTS.iter().map(|fault| (fault.kind, fault.label)).collect();
-        assert_eq!(labels.len(), FAULTS.len());
-        let room = Darkroom::built_in().unwrap();
-        for fault in FAULTS {
-            let drawn = fault.draw(&mut Draws::new(1, 1));
-            let small = drawn.within(room.clone(), 0.1 * fault.plausible);
-            assert_ne!(small, room, "{}", fault.label);
-            assert_ne!(small, drawn.within(room.clone(), fault.plausible), "{}", fault.label);
-            if let Some(effect) = fault.effect {
-                let known = isolux_model::catalogue().iter().any(|spec| spec.name == effect);
-                assert!(known, "{effect}");
-            }
-        }
-    }
-}

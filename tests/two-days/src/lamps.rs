@@ -85,26 +85,3 @@ fn brightest(room: &Room) -> f64 {
     };
     [500.0, 300.0, 150.0].map(signal).into_iter().fold(0.0, f64::max)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_lamp_is_the_same_on_every_day_and_its_kind_has_others() {
-        for lamp in Lamp::ALL {
-            let peak = |seed, day| Room::new(lamp.room(seed, day)).intensity_cd(10.0, 20.0);
-            assert_eq!(peak(1, 5), peak(1, 6), "{lamp:?}");
-            if lamp != Lamp::Spot {
-                assert_ne!(peak(1, 5), peak(2, 5), "{lamp:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_spot_is_as_narrow_as_its_page_says() {
-        let room = Room::new(Lamp::Spot.room(1, 1));
-        let half = room.intensity_cd(0.0, 10.0) / room.intensity_cd(0.0, 0.0);
-        assert!((half - 0.5).abs() < 0.01, "{half}");
-    }
-}

@@ -82,19 +82,3 @@ const TAIL: &str = "[[block]]\nname = \"baffled\"\nkind = \"baffled\"\ndistance_
 pub fn first_day() -> Result<Plan, Failure> {
     DayPlan::default().plan()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_plan_is_one() {
-        for grid in Grid::ALL {
-            let plan = grid.plan().unwrap();
-            assert!(
-                plan.blocks().iter().all(|block| block.distance_mm == Some(3700.0)),
-                "{grid:?}"
-            );
-        }
-    }
-}

@@ -115,23 +115,3 @@ pub fn reaching(wanted: f64, most: f64, sigma: impl Fn(f64) -> f64) -> Option<f6
     // A step (a converter's, a full well) may jump over the wanted value.
     None
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strengths_are_found_on_lines_roots_and_steps_within_reach() {
-        for law in [
-            (|s| 20.0 * s) as fn(f64) -> f64,
-            |s| 300.0 * s * s,
-            |s| 14.0 * s.sqrt(),
-            |s| (s - 0.4).max(0.0) * 40.0,
-        ] {
-            let found = reaching(10.0, 1.0, law).unwrap();
-            assert!((law(found) / 10.0 - 1.0).abs() < 0.02, "{found}");
-        }
-        assert!(reaching(10.0, 1.0, |s| 9.0 * s).is_none());
-        assert!(reaching(10.0, 1.0, |s| if s > 0.5 { 20.0 } else { 0.0 }).is_none());
-    }
-}

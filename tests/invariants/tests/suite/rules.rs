@@ -402,3 +402,34 @@ fn members_share_lints_edition_and_licence() {
         assert!(package.description.is_some(), "{} says what it is", package.name);
     }
 }
+
+/// Examples in the documentation of a library are run. Broken by: an example in a library with `doctest = false`.
+#[test]
+fn every_example_of_the_documentation_is_run() {
+    let workspace = Workspace::new();
+    let mut run = 0;
+    for package in workspace.metadata.workspace_packages() {
+        let Some(lib) = package.targets.iter().find(|target| target.is_lib()) else {
+            continue;
+        };
+        run += usize::from(lib.doctest);
+        if lib.doctest {
+            continue;
+        }
+        let mut folders = vec![lib.src_path.parent().expect("a file is in a folder").to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in folder.read_dir_utf8().expect("a folder of the sources") {
+                let path = entry.expect("an entry").into_path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension() == Some("rs") {
+                    let text = std::fs::read_to_string(&path).expect("a source file");
+                    let mut lines = text.lines().map(str::trim_start);
+                    let example = lines.any(|line| line.starts_with("/// ```") || line.starts_with("//! ```"));
+                    assert!(!example, "{path}: {} has `doctest = false`", package.name);
+                }
+            }
+        }
+    }
+    assert!(run >= 5, "{run} libraries");
+}

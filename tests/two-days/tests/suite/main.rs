@@ -1,4 +1,5 @@
 //! A few cases of the two days.
 
+mod orders;
 mod spectra;
 mod workflow;
