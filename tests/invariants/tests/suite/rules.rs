@@ -403,19 +403,18 @@ fn members_share_lints_edition_and_licence() {
     }
 }
 
-/// Examples in the documentation of a library are run. Broken by: an example in a library with `doctest = false`.
+/// Every example of a library's documentation and every test beside its code is run. Broken by: an example in a
+/// library with `doctest = false`, or a test in one with `test = false`.
 #[test]
-fn every_example_of_the_documentation_is_run() {
+fn every_example_and_every_test_of_a_library_is_run() {
     let workspace = Workspace::new();
-    let mut run = 0;
+    let (mut examples_run, mut tests_run) = (0, 0);
     for package in workspace.metadata.workspace_packages() {
         let Some(lib) = package.targets.iter().find(|target| target.is_lib()) else {
             continue;
         };
-        run += usize::from(lib.doctest);
-        if lib.doctest {
-            continue;
-        }
+        examples_run += usize::from(lib.doctest);
+        tests_run += usize::from(lib.test);
         let mut folders = vec![lib.src_path.parent().expect("a file is in a folder").to_owned()];
         while let Some(folder) = folders.pop() {
             for entry in folder.read_dir_utf8().expect("a folder of the sources") {
@@ -424,12 +423,26 @@ fn every_example_of_the_documentation_is_run() {
                     folders.push(path);
                 } else if path.extension() == Some("rs") {
                     let text = std::fs::read_to_string(&path).expect("a source file");
-                    let mut lines = text.lines().map(str::trim_start);
-                    let example = lines.any(|line| line.starts_with("/// ```") || line.starts_with("//! ```"));
-                    assert!(!example, "{path}: {} has `doctest = false`", package.name);
+                    let has = |begins: &[&str]| {
+                        let mut lines = text.lines().map(str::trim_start);
+                        lines.any(|line| begins.iter().any(|begin| line.starts_with(begin)))
+                    };
+                    assert!(
+                        lib.doctest || !has(&["/// ```", "//! ```"]),
+                        "{path}: its example is not run, {} has `doctest = false`",
+                        package.name
+                    );
+                    assert!(
+                        lib.test || !has(&["#[test]", "#[tokio::test"]),
+                        "{path}: its test is not run, {} has `test = false`",
+                        package.name
+                    );
                 }
             }
         }
     }
-    assert!(run >= 5, "{run} libraries");
+    assert!(
+        examples_run >= 5 && tests_run >= 30,
+        "{examples_run} and {tests_run} libraries"
+    );
 }
