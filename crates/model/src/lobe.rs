@@ -151,7 +151,8 @@ fn grid(lobe: &AngleTable, nodes: &[Node]) -> Option<IntensityDistribution> {
     IntensityDistribution::new(c_deg, gamma_deg, sum).ok()
 }
 
-fn mean_over_c(distribution: &IntensityDistribution, gamma_deg: f64) -> f64 {
+/// Mean over C at a γ, cd.
+pub(crate) fn mean_over_c(distribution: &IntensityDistribution, gamma_deg: f64) -> f64 {
     if distribution.is_rotational() {
         return distribution.intensity_cd_at(0.0, gamma_deg);
     }

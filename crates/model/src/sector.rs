@@ -7,6 +7,7 @@ use isolux_photometry::{IntensityDistribution, angles_deg};
 
 use crate::angle_table::AngleTable;
 use crate::emitter::{Emitter, Node};
+use crate::lobe::mean_over_c;
 
 /// The radius of the ring that stands for the LEDs of a luminaire whose emitter is a point.
 const RADIUS_MM: f64 = 28.0;
@@ -50,13 +51,7 @@ impl Sectors {
 
     /// The lobe of a part of a luminaire that gives `base`.
     pub(crate) fn lobe(base: &IntensityDistribution) -> AngleTable {
-        let planes = if base.is_rotational() { 1 } else { 24 };
-        AngleTable::of(LOBE_STEPS, |gamma_deg| {
-            let sum: f64 = (0..planes)
-                .map(|k| base.intensity_cd_at(360.0 * f64::from(k) / f64::from(planes), gamma_deg))
-                .sum();
-            sum / f64::from(planes)
-        })
+        AngleTable::of(LOBE_STEPS, |gamma_deg| mean_over_c(base, gamma_deg))
     }
 
     /// Mean distance of the parts from the middle, mm.

@@ -11,8 +11,9 @@ use isolux_virtual::BUILT_IN;
 /// The distribution and the stray light of the day, at a distance, every fourth half-plane.
 fn plan(distance_mm: f64) -> Plan {
     let text = format!(
-        "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 300, 60]\ngamma_range = [0, 180, 2]\n\
-         distance_mm = {distance_mm:?}\nreference_every = 91\n[[block]]\nname = \"baffled\"\nkind = \"baffled\"\nc_deg = 0\n\
+        "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\n\
+         c_range = [0, 300, 60]\ngamma_range = [0, 180, 2]\ndistance_mm = {distance_mm:?}\nreference_every = 91\n\
+         [[block]]\nname = \"baffled\"\nkind = \"baffled\"\nc_deg = 0\n\
          gamma_range = [0, 180, 30]\nrepeats = 3\ndistance_mm = {distance_mm:?}\n"
     );
     Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap()

@@ -92,7 +92,7 @@ impl Largest {
             0.5 * (low + high)
         };
         let place_of = |share: f64| ((draws - 1) as f64 * share).round() as usize;
-        // A quantile is below where more values are than stand before it.
+        // A quantile is below what was read where more maxima are below that than stand before the quantile.
         let quantile_below = |share: f64| {
             let before = place_of(share);
             move |t: f64| maxima(t).filter(|maximum| *maximum < read).count() > before

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
+use crate::systems::sources;
+
 /// Crates that hold what is true whatever instrument or screen is used.
 const PURE: &[&str] = &[
     "isolux-document",
@@ -415,30 +417,27 @@ fn every_example_and_every_test_of_a_library_is_run() {
         };
         examples_run += usize::from(lib.doctest);
         tests_run += usize::from(lib.test);
-        let mut folders = vec![lib.src_path.parent().expect("a file is in a folder").to_owned()];
-        while let Some(folder) = folders.pop() {
-            for entry in folder.read_dir_utf8().expect("a folder of the sources") {
-                let path = entry.expect("an entry").into_path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if path.extension() == Some("rs") {
-                    let text = std::fs::read_to_string(&path).expect("a source file");
-                    let has = |begins: &[&str]| {
-                        let mut lines = text.lines().map(str::trim_start);
-                        lines.any(|line| begins.iter().any(|begin| line.starts_with(begin)))
-                    };
-                    assert!(
-                        lib.doctest || !has(&["/// ```", "//! ```"]),
-                        "{path}: its example is not run, {} has `doctest = false`",
-                        package.name
-                    );
-                    assert!(
-                        lib.test || !has(&["#[test]", "#[tokio::test"]),
-                        "{path}: its test is not run, {} has `test = false`",
-                        package.name
-                    );
-                }
-            }
+        let mut files = Vec::new();
+        let folder = lib.src_path.parent().expect("a file is in a folder");
+        sources(folder.as_std_path(), &mut files);
+        for file in files {
+            let text = std::fs::read_to_string(&file).expect("a source file");
+            let has = |begins: &[&str]| {
+                let mut lines = text.lines().map(str::trim_start);
+                lines.any(|line| begins.iter().any(|begin| line.starts_with(begin)))
+            };
+            assert!(
+                lib.doctest || !has(&["/// ```", "//! ```"]),
+                "{}: its example is not run, {} has `doctest = false`",
+                file.display(),
+                package.name
+            );
+            assert!(
+                lib.test || !has(&["#[test]", "#[tokio::test"]),
+                "{}: its test is not run, {} has `test = false`",
+                file.display(),
+                package.name
+            );
         }
     }
     assert!(

@@ -10,7 +10,8 @@ const PAIRS: [(&str, &[&str]); 2] = [
     ("#[cfg_attr(unix, path", &["#[cfg_attr(windows, path"]),
 ];
 
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+/// The Rust files in a folder and below it.
+pub fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
