@@ -5,19 +5,40 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use isolux_record::run::{Run, StopHow};
-use isolux_record::{Quality, Role};
+use camino::Utf8Path;
+use isolux_record::run::{Run, RunDir, StopHow};
+use isolux_record::{Quality, Role, Station};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use tokio::time::{Instant, advance, sleep};
 
-use super::ScanSummary;
-use super::tests::{DAY, at_rest, scan_awake};
+use super::tests::{DAY, at_rest};
+use super::{Engine, ScanSummary};
 use crate::awake::Awake;
 use crate::cancel::Cancel;
+use crate::devices::{Devices, Nobody};
 use crate::error::ScanError;
+use crate::observe::Silent;
 use crate::pause::Pause;
-use crate::testing::{Room, Shared, bench, plan, run_dir};
+use crate::testing::{Room, STATION, Shared, bench, plan, run_dir};
+
+/// When the lamp counts as stable: soon, because every second until then has ten looks at the clocks.
+const STABLE_S: f64 = 180.0;
+
+async fn scan(devices: &mut Devices, run: &mut RunDir, pause: &Pause, awake: &Awake) -> Result<ScanSummary, ScanError> {
+    let stable = format!("\nstable = {{ least_s = {STABLE_S:.1}, window_s = 90.0, spread_rel = 0.005 }}");
+    let text = STATION.replace("diameter_mm = 70.0", &format!("diameter_mm = 70.0{stable}"));
+    let engine = Engine {
+        station: &Station::parse(Utf8Path::new("s.toml"), &text).unwrap(),
+        operator: &Nobody,
+        pause,
+        observer: &Silent,
+        awake,
+        now_utc: "2026-01-01T00:00:00Z".parse().unwrap(),
+        wall_clock: None,
+    };
+    engine.run(devices, &plan(DAY), run, &Cancel::new(), None).await
+}
 
 /// How the program does not run.
 #[derive(Debug, Clone, Copy)]
@@ -69,8 +90,7 @@ impl Slept {
 /// A day in which the program does not run for `length_s` at `moment`, while `meanwhile` happens in the room.
 async fn slept(how: How, moment: f64, length_s: u64, meanwhile: impl Fn(&mut Room) + Send + 'static) -> Slept {
     let (mut devices, room) = bench();
-    let plan = plan(DAY);
-    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    let (_keep, path, mut run) = run_dir(&devices, &plan(DAY));
     let suspended = Arc::new(AtomicU64::new(0));
     let clock = suspended.clone();
     let awake = Awake::watching(Arc::new(move || Duration::from_secs(clock.load(Ordering::Relaxed))));
@@ -83,8 +103,7 @@ async fn slept(how: How, moment: f64, length_s: u64, meanwhile: impl Fn(&mut Roo
             How::Suspended => drop(suspended.fetch_add(length_s, Ordering::Relaxed)),
         }
     });
-    let requested = (&Cancel::new(), &Pause::new());
-    let outcome = scan_awake(&mut devices, &plan, &mut run, requested, None, &awake).await;
+    let outcome = scan(&mut devices, &mut run, &Pause::new(), &awake).await;
     task.abort();
     drop(run);
     let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
@@ -103,8 +122,8 @@ async fn stopped_at_any_moment_nothing_is_lost_doubled_or_blamed() {
     for round in 0..120 {
         let moment = match round {
             0..20 => random.random_range(0.5..25.0),
-            20..40 => random.random_range(25.0..1820.0),
-            _ => random.random_range(1820.0..1895.0),
+            20..40 => random.random_range(25.0..STABLE_S + 20.0),
+            _ => STABLE_S + random.random_range(20.0..95.0),
         };
         let length_s = random.random_range(1..=120);
         let how = if round % 4 == 3 { How::Suspended } else { How::Stopped };
@@ -138,12 +157,11 @@ async fn stopped_at_any_moment_nothing_is_lost_doubled_or_blamed() {
 
 #[tokio::test(start_paused = true)]
 async fn stopped_again_while_the_bench_is_being_found_it_begins_anew() {
-    let plan = plan(DAY);
     for round in 0..60 {
         let mut random = ChaCha8Rng::seed_from_u64(1000 + round);
-        let (first_s, then_s) = (random.random_range(1803.0..1870.0), random.random_range(0.0..4.0));
+        let (first_s, then_s) = (STABLE_S + random.random_range(3.0..70.0), random.random_range(0.0..4.0));
         let (mut devices, room) = bench();
-        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        let (_keep, path, mut run) = run_dir(&devices, &plan(DAY));
         let task = tokio::spawn(async move {
             sleep(Duration::from_secs_f64(first_s)).await;
             for _ in 0..3 {
@@ -152,8 +170,7 @@ async fn stopped_again_while_the_bench_is_being_found_it_begins_anew() {
             }
         });
         let awake = Awake::watching(Arc::new(|| Duration::ZERO));
-        let requested = (&Cancel::new(), &Pause::new());
-        let outcome = scan_awake(&mut devices, &plan, &mut run, requested, None, &awake).await;
+        let outcome = scan(&mut devices, &mut run, &Pause::new(), &awake).await;
         task.abort();
         drop(run);
         let day = Slept {
@@ -168,8 +185,8 @@ async fn stopped_again_while_the_bench_is_being_found_it_begins_anew() {
 
 #[tokio::test(start_paused = true)]
 async fn what_passed_while_the_computer_slept_counts_for_the_lamp() {
-    let awake = slept(How::Suspended, 1840.0, 0, |_| {}).await;
-    let asleep = slept(How::Suspended, 1840.0, 7200, |_| {}).await;
+    let awake = slept(How::Suspended, STABLE_S + 40.0, 0, |_| {}).await;
+    let asleep = slept(How::Suspended, STABLE_S + 40.0, 7200, |_| {}).await;
     asleep.assert_whole("two hours");
     let last = |day: &Slept| {
         day.run
@@ -190,15 +207,15 @@ async fn what_passed_while_the_computer_slept_counts_for_the_lamp() {
 
 #[tokio::test(start_paused = true)]
 async fn what_was_changed_meanwhile_is_found() {
-    let lost = slept(How::Stopped, 1840.0, 45, |room| room.axes[1].homed = false).await;
+    let lost = slept(How::Stopped, STABLE_S + 40.0, 45, |room| room.axes[1].homed = false).await;
     lost.assert_whole("a drive that lost its reference");
     assert_eq!(lost.all("bench_found")[0]["homed_again"], true);
-    let dark = slept(How::Stopped, 1840.0, 45, |room| room.lamp_on = None).await;
+    let dark = slept(How::Stopped, STABLE_S + 40.0, 45, |room| room.lamp_on = None).await;
     dark.assert_whole("a lamp that went out");
     assert_eq!(dark.all("stable").len(), 2, "warmed up again");
-    let shut = slept(How::Stopped, 1840.0, 45, |room| room.shutter_open = false).await;
+    let shut = slept(How::Stopped, STABLE_S + 40.0, 45, |room| room.shutter_open = false).await;
     shut.assert_whole("a shutter that was closed");
-    let moved = slept(How::Stopped, 1840.0, 45, |room| {
+    let moved = slept(How::Stopped, STABLE_S + 40.0, 45, |room| {
         let axis = &mut room.axes[0];
         (axis.to, axis.from, axis.began, axis.ends) = (axis.to + 20_000, axis.to + 20_000, None, None);
     })
@@ -209,20 +226,16 @@ async fn what_was_changed_meanwhile_is_found() {
 #[tokio::test(start_paused = true)]
 async fn a_computer_that_never_stays_awake_ends_the_scan_and_says_so() {
     let (mut devices, room) = bench();
-    let plan = plan(DAY);
-    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    let (_keep, path, mut run) = run_dir(&devices, &plan(DAY));
     let awake = Awake::watching(Arc::new(|| Duration::ZERO));
     let task = tokio::spawn(async {
-        sleep(Duration::from_secs(1835)).await;
+        sleep(Duration::from_secs_f64(STABLE_S + 35.0)).await;
         loop {
             sleep(Duration::from_millis(900)).await;
             advance(Duration::from_secs(5)).await;
         }
     });
-    let requested = (&Cancel::new(), &Pause::new());
-    let error = scan_awake(&mut devices, &plan, &mut run, requested, None, &awake)
-        .await
-        .unwrap_err();
+    let error = scan(&mut devices, &mut run, &Pause::new(), &awake).await.unwrap_err();
     task.abort();
     assert!(matches!(error, ScanError::Slept { .. }), "{error}");
     assert!(error.to_string().contains("keep the computer awake"), "{error}");
@@ -233,12 +246,11 @@ async fn a_computer_that_never_stays_awake_ends_the_scan_and_says_so() {
 #[tokio::test(start_paused = true)]
 async fn a_pause_over_which_the_computer_slept_ends_as_a_pause() {
     let (mut devices, room) = bench();
-    let plan = plan(DAY);
-    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    let (_keep, path, mut run) = run_dir(&devices, &plan(DAY));
     let pause = Pause::new();
     let requested = pause.clone();
     tokio::spawn(async move {
-        sleep(Duration::from_secs(1840)).await;
+        sleep(Duration::from_secs_f64(STABLE_S + 40.0)).await;
         requested.ask("a test");
         sleep(Duration::from_secs(100)).await;
         advance(Duration::from_hours(1)).await;
@@ -247,9 +259,9 @@ async fn a_pause_over_which_the_computer_slept_ends_as_a_pause() {
     });
     let awake = Awake::watching(Arc::new(|| Duration::ZERO));
     let began = Instant::now();
-    let outcome = scan_awake(&mut devices, &plan, &mut run, (&Cancel::new(), &pause), None, &awake).await;
+    let outcome = scan(&mut devices, &mut run, &pause, &awake).await;
     outcome.unwrap();
-    assert!(began.elapsed() > Duration::from_secs(1840 + 3600) && at_rest(&room));
+    assert!(began.elapsed() > Duration::from_secs_f64(STABLE_S + 40.0 + 3600.0) && at_rest(&room));
     let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
     assert_eq!(events.matches("\"slept\"").count(), 1, "{events}");
 }

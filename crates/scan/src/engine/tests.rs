@@ -65,19 +65,8 @@ pub(super) async fn scan_with(
     devices: &mut Devices,
     plan: &Plan,
     run: &mut RunDir,
-    requested: (&Cancel, &Pause),
-    resumed: Option<&Run>,
-) -> Result<ScanSummary, ScanError> {
-    scan_awake(devices, plan, run, requested, resumed, &Awake::unwatched()).await
-}
-
-pub(super) async fn scan_awake(
-    devices: &mut Devices,
-    plan: &Plan,
-    run: &mut RunDir,
     (cancel, pause): (&Cancel, &Pause),
     resumed: Option<&Run>,
-    awake: &Awake,
 ) -> Result<ScanSummary, ScanError> {
     let station: Station = station();
     let engine = Engine {
@@ -85,7 +74,7 @@ pub(super) async fn scan_awake(
         operator: &Nobody,
         pause,
         observer: &Silent,
-        awake,
+        awake: &Awake::unwatched(),
         now_utc: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap(),
         wall_clock: None,
     };
