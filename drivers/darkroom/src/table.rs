@@ -20,6 +20,8 @@ pub struct LampTable {
     gamma_deg: Vec<f64>,
     /// Intensity, cd, and its slope along γ, cd/°, by half-plane and then γ.
     nodes: Vec<[f64; 2]>,
+    /// From each half-plane to the next.
+    between: Vec<Between>,
 }
 
 /// A table that cannot be used.
@@ -115,11 +117,12 @@ impl LampTable {
         }
         let mut table = Self {
             nodes: intensity_cd.iter().map(|intensity| [*intensity, 0.0]).collect(),
+            between: (0..planes).map(|plane| Between::of(&c_deg, plane)).collect(),
             c_deg,
             gamma_deg,
         };
         for plane in 0..planes {
-            let opposite = Blend::at(&table.c_deg, table.c_deg[plane] + 180.0);
+            let opposite = table.blend(table.c_deg[plane] + 180.0);
             let beyond = |k: usize| opposite.of(|plane| table.nodes[plane * count + k][0]);
             let (mut x, mut y) = (table.gamma_deg.clone(), Vec::new());
             y.extend(
@@ -168,7 +171,18 @@ impl LampTable {
             let [[y0, m0], [y1, m1]] = [self.nodes[plane * count + cell], self.nodes[plane * count + cell + 1]];
             weights[0] * y0 + weights[1] * step * m0 + weights[2] * y1 + weights[3] * step * m1
         };
-        Blend::at(&self.c_deg, c_deg).of(curve).max(0.0)
+        self.blend(c_deg).of(curve).max(0.0)
+    }
+
+    /// The half-planes around C, in any turn.
+    fn blend(&self, c_deg: f64) -> Blend {
+        let mut from_first_deg = c_deg - self.c_deg[0];
+        if !(0.0..360.0).contains(&from_first_deg) {
+            from_first_deg = from_first_deg.rem_euclid(360.0);
+        }
+        let wanted_deg = from_first_deg + self.c_deg[0];
+        let plane = self.c_deg.partition_point(|c| *c <= wanted_deg).max(1) - 1;
+        self.between[plane].at(wanted_deg - self.c_deg[plane])
     }
 
     /// The largest intensity of the table, cd.
@@ -224,6 +238,46 @@ fn hermite(t: f64) -> [f64; 4] {
     ]
 }
 
+/// From one half-plane to the next: these two, the one before and the one after.
+#[derive(Debug, Clone, PartialEq)]
+struct Between {
+    planes: [usize; 4],
+    width_deg: f64,
+    /// Slopes at both ends, of the parabola through three neighbours, by the values of the three; times the width.
+    slopes: [[f64; 3]; 2],
+}
+
+impl Between {
+    fn of(c_deg: &[f64], plane: usize) -> Self {
+        let count = c_deg.len();
+        let planes = [count - 1, 0, 1, 2].map(|next| (plane + next) % count);
+        // From one half-plane to the next, a whole turn where there is only one.
+        let step = |k: usize| {
+            let gap = (c_deg[planes[k + 1]] - c_deg[planes[k]]).rem_euclid(360.0);
+            if gap == 0.0 { 360.0 } else { gap }
+        };
+        let [before, own, after] = [step(0), step(1), step(2)];
+        Self {
+            planes,
+            width_deg: own,
+            slopes: [
+                [-own / before, own / before - before / own, before / own].map(|w| own * w / (before + own)),
+                [-after / own, after / own - own / after, own / after].map(|w| own * w / (own + after)),
+            ],
+        }
+    }
+
+    /// The blend so many degrees after the half-plane.
+    fn at(&self, after_deg: f64) -> Blend {
+        let h = hermite(after_deg / self.width_deg);
+        let [left, right] = [self.slopes[0].map(|w| h[1] * w), self.slopes[1].map(|w| h[3] * w)];
+        Blend {
+            planes: self.planes,
+            weights: [left[0], h[0] + left[1] + right[0], h[2] + left[2] + right[1], right[2]],
+        }
+    }
+}
+
 /// Four half-planes and their weights at one C.
 struct Blend {
     planes: [usize; 4],
@@ -231,28 +285,6 @@ struct Blend {
 }
 
 impl Blend {
-    fn at(c_deg: &[f64], wanted_deg: f64) -> Self {
-        let count = c_deg.len();
-        let wanted = (wanted_deg - c_deg[0]).rem_euclid(360.0) + c_deg[0];
-        let cell = c_deg.partition_point(|c| *c <= wanted).max(1) - 1;
-        let plane = |k: usize| k % count;
-        let planes = [plane(cell + count - 1), cell, plane(cell + 1), plane(cell + 2)];
-        // From one half-plane to the next, a whole turn where there is only one.
-        let step = |k: usize| {
-            let gap = (c_deg[planes[k + 1]] - c_deg[planes[k]]).rem_euclid(360.0);
-            if gap == 0.0 { 360.0 } else { gap }
-        };
-        let [before, own, after] = [step(0), step(1), step(2)];
-        let h = hermite((wanted - c_deg[cell]) / own);
-        // Slope at the end of a cell, of the parabola through three neighbours; times the cell's own width.
-        let left = [-own / before, own / before - before / own, before / own].map(|w| h[1] * own * w / (before + own));
-        let right = [-after / own, after / own - own / after, own / after].map(|w| h[3] * own * w / (own + after));
-        Self {
-            planes,
-            weights: [left[0], h[0] + left[1] + right[0], h[2] + left[2] + right[1], right[2]],
-        }
-    }
-
     fn of(&self, value: impl Fn(usize) -> f64) -> f64 {
         self.planes
             .iter()
