@@ -172,6 +172,15 @@ pub struct Reduction {
     pub bench_effects: Vec<String>,
 }
 
+/// What of a reduction is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    /// All of it.
+    Everything,
+    /// Values: no colour over angle, and of the spectrum on the axis no budget.
+    Values,
+}
+
 /// What a run says, whatever order its rows are in: by `model`, whose bench effects are taken out, or else by the
 /// run's own dark, ambient and baffled readings. Where a floor explains the baffled readings, it is the floor that is
 /// taken out: then the model file, which carries it, predicts the readings as they were read, and no digit of the
@@ -181,28 +190,60 @@ pub struct Reduction {
 /// [`ReduceError`]; nothing half-made is returned. The effect of `model` without inverse comes back as text in
 /// [`ReduceError::Format`].
 pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    reduce_to(Wanted::Everything, run, options, model)
+}
+
+fn reduce_to(wanted: Wanted, run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
     let at_rest = sweeps::as_readings(run)?;
-    let mut reduction = reduced(&order::in_order(&at_rest.run), &at_rest.in_motion, options, model)?;
+    let mut reduction = reduced(
+        wanted,
+        &order::in_order(&at_rest.run),
+        &at_rest.in_motion,
+        options,
+        model,
+    )?;
     reduction.made_of = at_rest.in_record(reduction.made_of);
     reduction.notes.splice(0..0, at_rest.notes);
     Ok(reduction)
 }
 
 /// The same, of a run in order whose sweeps are readings.
-fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+fn reduced(
+    wanted: Wanted,
+    run: &Run,
+    in_motion: &InMotion,
+    options: &Options,
+    model: Option<Model>,
+) -> Result<Reduction, ReduceError> {
     let by_model = model.map(|model| Bench {
         model,
         measured_by_the_run: false,
     });
     let response = Response::of(run, options, by_model.as_ref());
     let run = &*response.applied(run);
-    let spectral = || spectral::on_axis(run, options);
-    if let Some(bench) = by_model {
+    let spectral = || spectral::on_axis_to(wanted, run, options);
+    let mut reduction = if let Some(bench) = by_model {
         let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), &response, spectral)?;
         reduction.bench_effects.extend(bench.tables());
-        return Ok(reduction);
+        reduction
+    } else {
+        let plain = pipeline::reduce(run, in_motion, options, None, &response, spectral)?;
+        without_floor(run, in_motion, options, &response, plain)?
+    };
+    if wanted == Wanted::Everything {
+        reduction.add_colour_over_angle(run, options)?;
     }
-    let plain = pipeline::reduce(run, in_motion, options, None, &response, spectral)?;
+    Ok(reduction)
+}
+
+/// Where a floor explains the baffled readings, the run reduced again with that floor taken out.
+fn without_floor(
+    run: &Run,
+    in_motion: &InMotion,
+    options: &Options,
+    response: &Response,
+    plain: Reduction,
+) -> Result<Reduction, ReduceError> {
     let Some(floor) = Floor::of(run, &plain) else {
         return Ok(plain);
     };
@@ -213,7 +254,27 @@ fn reduced(run: &Run, in_motion: &InMotion, options: &Options, model: Option<Mod
     };
     // No effect of the bench is in the spectrum.
     let again = || Ok(plain.spectral.clone());
-    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), &response, again)?;
+    let mut reduction = pipeline::reduce(run, in_motion, options, Some(&bench), response, again)?;
     reduction.bench_effects.push(table);
     Ok(reduction)
+}
+
+impl Reduction {
+    fn add_colour_over_angle(&mut self, run: &Run, options: &Options) -> Result<(), ReduceError> {
+        let lamp = over_angle::Lamp {
+            distribution: &self.grid.distribution,
+            common: &self.common,
+            flux: &self.flux,
+            partial: self.partial.as_ref(),
+        };
+        match over_angle::of(run, options, &lamp)? {
+            Some(Ok(found)) => {
+                self.notes.extend(found.notes.iter().cloned());
+                self.over_angle = Some(found);
+            }
+            Some(Err(why)) => self.notes.push(why),
+            None => {}
+        }
+        Ok(())
+    }
 }

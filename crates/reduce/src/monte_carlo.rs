@@ -23,7 +23,7 @@ use crate::background::noise_of_one;
 use crate::instrument::root;
 use crate::meter::waves;
 use crate::normal::Normal;
-use crate::{Options, Quantity, ReduceError, Reduction, reduce};
+use crate::{Options, Quantity, ReduceError, Reduction, Wanted, reduce, reduce_to};
 
 /// Parts of a budget whose inputs are drawn.
 const DRAWN: [&str; 16] = [
@@ -104,7 +104,8 @@ impl<'a> MonteCarlo<'a> {
     /// # Errors
     /// What the reduction of the drawn record fails with.
     pub fn draw(&self, number: u64) -> Result<Vec<Option<f64>>, ReduceError> {
-        let found = quantities(&reduce(&drawn(self.run, number), self.options, None)?);
+        let drawn = reduce_to(Wanted::Values, &drawn(self.run, number), self.options, None)?;
+        let found = quantities(&drawn);
         let of = |name: &str| {
             found
                 .iter()

@@ -22,7 +22,6 @@ use crate::headline::Headline;
 use crate::intensity::Conversion;
 use crate::meter::{Meter, Response};
 use crate::notes;
-use crate::over_angle;
 use crate::partial::Partial;
 use crate::reference::Reference;
 use crate::samples::{self, Corrected, Sample};
@@ -33,7 +32,8 @@ use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
 /// Reduces a run with readings for its sweeps, `response` applied, judged by the directions read at rest, with the
-/// effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis.
+/// effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis. Colour over angle is not
+/// among it.
 ///
 /// # Errors
 /// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
@@ -106,17 +106,6 @@ pub fn reduce(
     let sensor_irradiance = spectral
         .as_ref()
         .map(|spectral| headline.sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
-    let lamp = over_angle::Lamp {
-        distribution: &grid.distribution,
-        common: &common,
-        flux: &headline.flux,
-        partial: partial.as_ref(),
-    };
-    let (over_angle, no_colours) = match over_angle::of(run, options, &lamp)? {
-        Some(Ok(found)) => (Some(found), None),
-        Some(Err(why)) => (None, Some(why)),
-        None => (None, None),
-    };
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
     notes.extend(between.iter().map(Between::note));
@@ -129,15 +118,13 @@ pub fn reduce(
     notes.extend(notes::zone_note(&grid));
     notes.extend(not_smoothed.map(|error| error.to_string()));
     notes.extend(notes::burning_notes(all, &rows, &drift, on(Correction::Drift)));
-    notes.extend(over_angle.iter().flat_map(|found| found.notes.clone()));
-    notes.extend(no_colours);
     notes.extend(notes::spectrometer_note(run));
     notes.extend(notes::factors_note(run));
     notes.extend(notes::run_notes(run, &options.without, &background, used, rows.len()));
     Ok(Reduction {
         other_distances: apparent::other_distances(all, distance_mm, subtract, |mm| meter.factor(0.0, 0.0, mm)),
         spectral,
-        over_angle,
+        over_angle: None,
         subtract,
         drift,
         luxmeter: meter.facts(),

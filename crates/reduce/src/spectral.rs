@@ -8,13 +8,13 @@ use isolux_record::spectra::{SpectralCorrections, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
-use crate::Options;
-use crate::colour::{Colour, bow_changed, shape_changed, wavelengths_changed};
+use crate::colour::{Colour, bow_changed, numbers, shape_changed, wavelengths_changed};
 use crate::error::ReduceError;
 use crate::instrument::{self, Chain};
 use crate::known::Known;
 use crate::one_nm::AtOneNm;
 use crate::quantity::Quantity;
+use crate::{Options, Wanted};
 
 /// The spectrum of a run on the axis, at 1 nm.
 #[derive(Debug, Clone)]
@@ -53,6 +53,11 @@ pub struct SpectralResult {
 /// # Errors
 /// [`ReduceError`] for saturation where there is light, or no calibration.
 pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, ReduceError> {
+    on_axis_to(Wanted::Everything, run, options)
+}
+
+/// The same, as far as it is wanted.
+pub(crate) fn on_axis_to(wanted: Wanted, run: &Run, options: &Options) -> Result<Option<SpectralResult>, ReduceError> {
     let chain = Chain::without(&options.without);
     let on_axis = |record: &&SpectrumRecord| is_lit(run, record) && record.gamma_deg.abs() < ON_AXIS_DEG;
     let Some(first) = run.spectra.iter().find(on_axis) else {
@@ -75,17 +80,24 @@ pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, R
     let root = |variance: Vec<f64>| -> Vec<f64> { variance.into_iter().map(f64::sqrt).collect() };
     let known = Known::of(run, chain, first.distance_mm);
     let mut moved = Vec::new();
-    for (part, calibration) in instrument::moved(calibration, chain) {
-        let mean = AtOneNm::mean(&records, &calibration, chain)?;
-        moved.push((part, Spectrum::new(mean.wavelength_nm, mean.value)?));
+    if wanted == Wanted::Everything {
+        for (part, calibration) in instrument::moved(calibration, chain) {
+            let mean = AtOneNm::mean(&records, &calibration, chain)?;
+            moved.push((part, Spectrum::new(mean.wavelength_nm, mean.value)?));
+        }
     }
+    let u_w_m2_nm = root(variance);
+    let colour = match wanted {
+        Wanted::Everything => Colour::of(&spectrum, &u_w_m2_nm, &known, &moved),
+        Wanted::Values => Colour::from_parts(&numbers(&spectrum), &[], &known.colour),
+    };
     Ok(Some(SpectralResult {
         u_expected_w_m2_nm: root(expected),
         c_deg: first.c_deg,
         corrections: calibration.corrections.clone(),
         time_s: middle(records.iter().map(|record| record.time_s)),
         lamp_s: middle(records.iter().map(|record| record.lamp_s)),
-        ..result(spectrum, root(variance), first.distance_mm, &known, &moved)
+        ..result(spectrum, u_w_m2_nm, colour, first.distance_mm, &known, &moved)
     }))
 }
 
@@ -108,6 +120,7 @@ fn middle(times: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
 fn result(
     spectrum: Spectrum,
     u_w_m2_nm: Vec<f64>,
+    colour: Colour,
     distance_mm: f64,
     known: &Known,
     moved: &[(&'static str, Spectrum)],
@@ -163,7 +176,7 @@ fn result(
             squares(&|place| 683.0 * v_lambda[place]),
             "lx",
         ),
-        colour: Colour::of(&spectrum, &u_w_m2_nm, known, moved),
+        colour,
         spectrum,
         u_expected_w_m2_nm: u_w_m2_nm.clone(),
         u_w_m2_nm,
@@ -206,7 +219,8 @@ mod tests {
             ..Known::default()
         };
         let spectrum_of_test = spectrum.clone();
-        let result = result(spectrum, u, 500.0, &known, &[]);
+        let colour = Colour::of(&spectrum, &u, &known, &[]);
+        let result = result(spectrum, u, colour, 500.0, &known, &[]);
         let expected: f64 = value.iter().map(|value| (0.01 * value).powi(2)).sum::<f64>().sqrt();
         assert!((result.irradiance.parts["noise"] - expected).abs() < 1e-12);
         assert!((result.irradiance.parts["calibration"] / result.irradiance.value - 0.02).abs() < 1e-12);

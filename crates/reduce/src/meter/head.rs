@@ -9,13 +9,13 @@ use isolux_record::responsivity::{MeterCurves, WavelengthCurve};
 use isolux_spectrum::meter::{NoMismatch, spectral_mismatch};
 use isolux_spectrum::{Spectrum, cie, illuminant};
 
-use crate::Options;
 use crate::colour::{bow_changed, shape_changed, wavelengths_changed};
 use crate::error::ReduceError;
 use crate::instrument::Chain;
 use crate::known::Known;
 use crate::over_angle::Measured;
-use crate::spectral::on_axis;
+use crate::spectral::on_axis_to;
+use crate::{Options, Wanted};
 
 /// Why there is no F*.
 pub enum Fails {
@@ -158,7 +158,7 @@ impl Lights {
                 }));
             }
         }
-        Ok(on_axis(run, options)?.map(|axis| Self {
+        Ok(on_axis_to(Wanted::Values, run, options)?.map(|axis| Self {
             of: vec![Light {
                 deg: (0.0, 0.0),
                 variance: axis.u_expected_w_m2_nm.iter().map(|u| u * u).collect(),

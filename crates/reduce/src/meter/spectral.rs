@@ -15,13 +15,13 @@ use serde::{Deserialize, Serialize};
 
 use super::head::{Fails, Head, Light, Lights, parts_rel};
 use super::heads::{self, Spread};
-use crate::Options;
 use crate::bench::Bench;
 use crate::correction::Correction;
 use crate::error::ReduceError;
 use crate::instrument::Chain;
 use crate::known::Known;
-use crate::spectral::on_axis;
+use crate::spectral::on_axis_to;
+use crate::{Options, Wanted};
 
 /// Indices of the heads for which a budget without any says what they may cost: a good head and an ordinary one.
 const ORDINARY: [f64; 2] = [0.03, 0.06];
@@ -93,7 +93,10 @@ impl SpectralMatch {
             return Ok(Self::default());
         }
         let Some(curves) = &run.header.luxmeter else {
-            let light = on_axis(run, options).ok().flatten().map(|axis| axis.spectrum);
+            let light = on_axis_to(Wanted::Values, run, options)
+                .ok()
+                .flatten()
+                .map(|axis| axis.spectrum);
             return Ok(Self::without_curve(run.header.station.luxmeter().f1_prime_rel, light));
         };
         let of_light = Head::of(curves).and_then(|head| match Lights::of(run, options)? {
