@@ -12,7 +12,7 @@ fn finds_the_light(driver: &str, gain: impl Fn(&Darkroom) -> f64, most: f64) -> 
     let document = room(DISTURBED);
     let truth = Room::new(document.clone());
     let (_keep, path) = folder();
-    scanned_by(driver, &document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
+    scanned_by(driver, &document, &every_other(IN_MOTION), Target::New(&path), None).unwrap();
     let reduction = reduced(&path);
     let (worst, outside, count) = judged_by(gain(&document), &reduction, &truth);
     assert!(worst < most, "{driver}: worst {worst} of the peak, {count} directions");
@@ -96,7 +96,14 @@ fn light_that_fills_a_pixel_has_no_number_and_the_next_try_integrates_for_less()
     let document = room("[spectroradiometer]\ncounts_per_s = 1.75e7\n[injected_effects]\n");
     let truth = Room::new(document.clone());
     let (_keep, path) = folder();
-    scanned_by("ocean-ooi", &document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
+    scanned_by(
+        "ocean-ooi",
+        &document,
+        &every_other(IN_MOTION),
+        Target::New(&path),
+        None,
+    )
+    .unwrap();
     let run = Run::read(&path).unwrap();
     let torn = run.header.sweep.iter().filter(|entry| entry.torn).count();
     assert_eq!(torn, 1, "{:?}", run.notices);

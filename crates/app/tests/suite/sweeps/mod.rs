@@ -394,7 +394,7 @@ fn rings_accept_a_round_lamp_and_refuse_one_that_leans_or_has_a_dip() {
         )
         .unwrap()
     };
-    let rooms = std::env::var("ISOLUX_RINGS").map_or(3_u32, |count| count.parse().unwrap());
+    let rooms = std::env::var("ISOLUX_RINGS").map_or(2_u32, |count| count.parse().unwrap());
     let meter = "[luxmeter]\nlatency_s = 0.09\nlatency_jitter_s = 0.004\nlag_s = 0.02\n";
     let mut most_s = 0.0_f64;
     for seed in 1..=rooms {
@@ -609,10 +609,21 @@ fn interrupted_in_a_sweep(how: &str) {
     assert!(missing.iter().all(|what| !what.contains("burnings")), "{missing:?}");
 }
 
+/// Every other half-plane of [`plan`]: what a meter or a link does is the same in each.
+fn every_other(how: &str) -> Plan {
+    let text = toml::to_string(plan(how).document()).unwrap();
+    assert!(text.contains("[0.0, 150.0, 30.0]"), "{text}");
+    Plan::parse(
+        Utf8Path::new("plan.toml"),
+        &text.replace("[0.0, 150.0, 30.0]", "[0.0, 120.0, 60.0]"),
+    )
+    .unwrap()
+}
+
 /// A scan of which every hundredth answer of the meter is `kind`.
 fn with_one_answer_in_a_hundred(kind: &str) {
     let sweeps = with_some_answers("gigahertz-p9710", IN_MOTION, (kind, 0.01), 0.004);
-    assert!((9..=21).contains(&sweeps), "{kind}: {sweeps}");
+    assert!((6..=14).contains(&sweeps), "{kind}: {sweeps}");
 }
 
 /// A scan with the lux meter that `driver` speaks to, in motion as `how` says, of whose answers a share is `kind` from
@@ -630,7 +641,7 @@ fn with_some_answers(driver: &str, how: &str, (kind, share): (&str, f64), most: 
     );
     let document = room(&format!("{fault}[injected_effects]\n"));
     let (_keep, path) = folder();
-    scanned_by(driver, &document, &plan(how), Target::New(&path), None).unwrap();
+    scanned_by(driver, &document, &every_other(how), Target::New(&path), None).unwrap();
     let reduction = reduced(&path);
     let (worst, outside, _) = judged(&reduction, &Room::new(document));
     let sweeps = Run::read(&path).unwrap().sweeps.len();
@@ -761,6 +772,6 @@ fn lost_late_and_doubled_answers_of_a_meter_with_a_clock_of_its_own_move_no_read
     for kind in ["silent", "late", "double"] {
         // It is asked more often than it converts, and each that fails costs two seconds.
         let sweeps = with_some_answers("konica-t10a", BY_ITS_CLOCK, (kind, 0.01), 0.008);
-        assert!((9..=33).contains(&sweeps), "{kind}: {sweeps}");
+        assert!((6..=22).contains(&sweeps), "{kind}: {sweeps}");
     }
 }

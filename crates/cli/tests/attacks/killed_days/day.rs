@@ -14,7 +14,7 @@ use crate::killed_days::phase::{Begun, Phase, Progress};
 use crate::killed_days::sweeps::{Sweep, directions, repeated, sweeps};
 
 /// Fewer directions than those of the day.
-const AT_REST: &str = "c_range = [0, 360, 45]\ngamma_range = [0, 180, 5]\nreference_every = 37";
+const AT_REST: &str = "c_range = [0, 360, 45]\ngamma_range = [0, 180, 10]\nreference_every = 19";
 /// Six sweeps, and the three more of the first half-plane.
 const IN_MOTION: &str = "c_range = [0, 150, 30]\ngamma_range = [-180, 180, 4]\nmode = \"sweep\"";
 /// Half-planes that rings and sweeps choose.
