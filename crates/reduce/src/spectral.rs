@@ -78,18 +78,24 @@ pub(crate) fn on_axis_to(wanted: Wanted, run: &Run, options: &Options) -> Result
     } = AtOneNm::mean(&records, calibration, chain)?;
     let spectrum = Spectrum::new(wavelength, value)?;
     let root = |variance: Vec<f64>| -> Vec<f64> { variance.into_iter().map(f64::sqrt).collect() };
-    let known = Known::of(run, chain, first.distance_mm);
+    let mut known = Known::of(run, chain, first.distance_mm);
     let mut moved = Vec::new();
-    if wanted == Wanted::Everything {
-        for (part, calibration) in instrument::moved(calibration, chain) {
-            let mean = AtOneNm::mean(&records, &calibration, chain)?;
-            moved.push((part, Spectrum::new(mean.wavelength_nm, mean.value)?));
-        }
-    }
     let u_w_m2_nm = root(variance);
     let colour = match wanted {
-        Wanted::Everything => Colour::of(&spectrum, &u_w_m2_nm, &known, &moved),
-        Wanted::Values => Colour::from_parts(&numbers(&spectrum), &[], &known.colour),
+        Wanted::Everything => {
+            for (part, calibration) in instrument::moved(calibration, chain) {
+                let mean = AtOneNm::mean(&records, &calibration, chain)?;
+                moved.push((part, Spectrum::new(mean.wavelength_nm, mean.value)?));
+            }
+            Colour::of(&spectrum, &u_w_m2_nm, &known, &moved)
+        }
+        Wanted::Values => {
+            // A budget without these parts is none.
+            let left_out = "the value alone was asked for".to_owned();
+            known.level.push(left_out.clone());
+            known.colour.push(left_out);
+            Colour::from_parts(&numbers(&spectrum), &[], &known.colour)
+        }
     };
     Ok(Some(SpectralResult {
         u_expected_w_m2_nm: root(expected),
