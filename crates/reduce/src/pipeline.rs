@@ -32,8 +32,8 @@ use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
 /// Reduces a run with readings for its sweeps, `response` applied, judged by the directions read at rest, with the
-/// effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis. Colour over angle is not
-/// among it.
+/// effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis. Colour over angle comes
+/// after it.
 ///
 /// # Errors
 /// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
