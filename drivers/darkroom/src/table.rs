@@ -176,11 +176,7 @@ impl LampTable {
 
     /// The half-planes around C, in any turn.
     fn blend(&self, c_deg: f64) -> Blend {
-        let mut from_first_deg = c_deg - self.c_deg[0];
-        if !(0.0..360.0).contains(&from_first_deg) {
-            from_first_deg = from_first_deg.rem_euclid(360.0);
-        }
-        let wanted_deg = from_first_deg + self.c_deg[0];
+        let wanted_deg = (c_deg - self.c_deg[0]).rem_euclid(360.0) + self.c_deg[0];
         let plane = self.c_deg.partition_point(|c| *c <= wanted_deg).max(1) - 1;
         self.between[plane].at(wanted_deg - self.c_deg[plane])
     }

@@ -74,9 +74,13 @@ fn lobes(c: f64, gamma: f64) -> f64 {
 
 /// Planes of 30° and γ of 3°, in motion or at rest, and the meter's offset.
 fn plan(how: &str) -> Plan {
+    plan_at("c_range = [0, 150, 30]\ngamma_range = [-180, 180, 3]", how)
+}
+
+/// The same at these angles.
+fn plan_at(angles: &str, how: &str) -> Plan {
     let text = format!(
-        "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 150, 30]\n\
-         gamma_range = [-180, 180, 3]\ndistance_mm = 3000.0\n{how}\n\
+        "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\n{angles}\ndistance_mm = 3000.0\n{how}\n\
          [[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 3\ndistance_mm = 3000.0\n"
     );
     Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap()
@@ -259,12 +263,10 @@ fn one_lobe(c: f64, gamma: f64) -> f64 {
 
 /// Half-planes every 5° from which some are chosen.
 fn chosen() -> Plan {
-    let text = toml::to_string(&plan(&format!("{IN_MOTION}\ntarget = {{ u_map_rel = 0.01 }}"))).unwrap();
-    Plan::parse(
-        Utf8Path::new("plan.toml"),
-        &text.replace("[0.0, 150.0, 30.0]", "[0.0, 175.0, 5.0]"),
+    plan_at(
+        "c_range = [0, 175, 5]\ngamma_range = [-180, 180, 3]",
+        &format!("{IN_MOTION}\ntarget = {{ u_map_rel = 0.01 }}"),
     )
-    .unwrap()
 }
 
 #[test]
@@ -380,20 +382,15 @@ fn round(at_deg: f64, depth: f64) -> impl Fn(f64, f64) -> f64 {
     }
 }
 
-/// Sound lamps, lamps that lean by 0.3° and lamps with a dip of 5 % × 20°, each in `ISOLUX_RINGS` rooms (3 by
+/// Sound lamps, lamps that lean by 0.3° and lamps with a dip of 5 % × 20°, each in `ISOLUX_RINGS` rooms (2 by
 /// default).
 #[expect(clippy::print_stdout, reason = "figures, where somebody asks for more rooms")]
 #[test]
 fn rings_accept_a_round_lamp_and_refuse_one_that_leans_or_has_a_dip() {
-    let plan = {
-        let text = toml::to_string(&plan("mode = \"sweep\"\nsymmetry_max_rel = 0.01\nreference_every = 5")).unwrap();
-        let text = text.replace("c_range = [0.0, 150.0, 30.0]", "c_deg = [0.0]");
-        Plan::parse(
-            Utf8Path::new("plan.toml"),
-            &text.replace("[-180.0, 180.0, 3.0]", "[0.0, 180.0, 3.0]"),
-        )
-        .unwrap()
-    };
+    let plan = plan_at(
+        "c_deg = 0\ngamma_range = [0, 180, 3]",
+        "mode = \"sweep\"\nsymmetry_max_rel = 0.01\nreference_every = 5",
+    );
     let rooms = std::env::var("ISOLUX_RINGS").map_or(2_u32, |count| count.parse().unwrap());
     let meter = "[luxmeter]\nlatency_s = 0.09\nlatency_jitter_s = 0.004\nlag_s = 0.02\n";
     let mut most_s = 0.0_f64;
@@ -450,8 +447,7 @@ fn spot(dim_cd: f64) -> String {
 
 /// γ of 2°, in motion as `how` says.
 fn fine(how: &str) -> Plan {
-    let text = toml::to_string(&plan(how)).unwrap();
-    Plan::parse(Utf8Path::new("plan.toml"), &text.replace("180.0, 3.0]", "180.0, 2.0]")).unwrap()
+    plan_at("c_range = [0, 150, 30]\ngamma_range = [-180, 180, 2]", how)
 }
 
 #[test]
@@ -611,13 +607,7 @@ fn interrupted_in_a_sweep(how: &str) {
 
 /// Every other half-plane of [`plan`]: what a meter or a link does is the same in each.
 fn every_other(how: &str) -> Plan {
-    let text = toml::to_string(plan(how).document()).unwrap();
-    assert!(text.contains("[0.0, 150.0, 30.0]"), "{text}");
-    Plan::parse(
-        Utf8Path::new("plan.toml"),
-        &text.replace("[0.0, 150.0, 30.0]", "[0.0, 120.0, 60.0]"),
-    )
-    .unwrap()
+    plan_at("c_range = [0, 120, 60]\ngamma_range = [-180, 180, 3]", how)
 }
 
 /// A scan of which every hundredth answer of the meter is `kind`.
@@ -716,13 +706,7 @@ fn a_meter_that_cannot_follow_is_refused_before_motion_with_the_speed_that_would
         failure.kind == FailureKind::BadInput && failure.message.contains("run-up"),
         "{failure}"
     );
-    let fine = Plan::parse(
-        Utf8Path::new("plan.toml"),
-        &toml::to_string(plan(IN_MOTION).document())
-            .unwrap()
-            .replace("180.0, 3.0]", "180.0, 1.0]"),
-    )
-    .unwrap();
+    let fine = plan_at("c_range = [0, 150, 30]\ngamma_range = [-180, 180, 1]", IN_MOTION);
     let (_keep, path) = folder();
     let failure = scanned(&document, &fine, Target::New(&path), None)
         .map(drop)
