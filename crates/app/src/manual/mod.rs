@@ -221,8 +221,12 @@ pub(crate) fn one_step<T>(
 ) -> Result<T, Failure> {
     session::run(roles::is_virtual(&source.station), async {
         let cancel = OnSignals::listen()?;
-        let bench = OpenBench::open(source, force, progress).await?;
-        step(&bench, &cancel).await
+        let outcome = async {
+            let bench = OpenBench::open(source, force, progress).await?;
+            step(&bench, &cancel).await
+        };
+        let outcome = outcome.await;
+        cancel.until_told(outcome)
     })
 }
 

@@ -48,7 +48,7 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
     let in_memory = roles::is_virtual(&station);
     session::run(in_memory, async {
         // A stop is not interrupted.
-        let _signals = OnSignals::listen()?;
+        let signals = OnSignals::listen()?;
         let (_locks, owner, may_drive) = hand_over(&axis_links(&station)).await;
         let session = match Session::on(SystemLinks::beside_their_owner(), &station, file, &Silent) {
             Ok(session) => session,
@@ -69,7 +69,7 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
             .into_iter()
             .filter_map(|rest| rest.as_ref().err().cloned())
             .collect();
-        match (c, gamma) {
+        let outcome = match (c, gamma) {
             (Ok(Some(c_deg)), Ok(Some(gamma_deg))) if failed.is_empty() && may_drive => {
                 let rest = format!("stopped and at rest for now at C {c_deg:.4}°, γ {gamma_deg:.4}°");
                 Err(Failure::instrument(format!("{rest}; {}", owner.join("; "))))
@@ -88,7 +88,8 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
                 sentences.extend(owner);
                 Err(Failure::instrument(sentences.join("; ")))
             }
-        }
+        };
+        signals.until_told(outcome)
     })
 }
 

@@ -127,14 +127,18 @@ impl ScanJob<'_> {
         let in_memory = roles::is_virtual(&source.station);
         session::run_controlled(in_memory, self.control, async {
             let session = Session::of(&source.station, &source.file, progress)?;
-            let _signals = OnSignals::ending(&self.control.cancel)?;
-            let taken = session.claim(&source.station, self.force).await?;
-            let _awake = keep_awake(!in_memory, progress);
-            let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
-            let mut devices = source.open(&catalogue).await?;
-            self.execute_on(&mut devices, taken.as_ref(), Timestamp::now())
-                .await
-                .map_err(|failure| session.explain(failure))
+            let signals = OnSignals::ending(&self.control.cancel)?;
+            let outcome = async {
+                let taken = session.claim(&source.station, self.force).await?;
+                let _awake = keep_awake(!in_memory, progress);
+                let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
+                let mut devices = source.open(&catalogue).await?;
+                self.execute_on(&mut devices, taken.as_ref(), Timestamp::now())
+                    .await
+                    .map_err(|failure| session.explain(failure))
+            };
+            let outcome = outcome.await;
+            signals.until_told(outcome)
         })
     }
 

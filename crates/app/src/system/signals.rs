@@ -42,6 +42,18 @@ impl OnSignals {
         listeners().push((listener.number, listener.cancel.clone()));
         Ok(listener)
     }
+
+    /// Gives `outcome` back. After a failure the signals stay with this handle until the program ends: it is about to
+    /// say what failed, which may be an axis that is not at rest, and a signal must not take the place of that.
+    ///
+    /// # Errors
+    /// Those of `outcome`.
+    pub fn until_told<T>(self, outcome: Result<T, Failure>) -> Result<T, Failure> {
+        if outcome.is_err() {
+            std::mem::forget(self);
+        }
+        outcome
+    }
 }
 
 impl Deref for OnSignals {
@@ -197,6 +209,21 @@ fn ignored_signals(status: &str) -> u64 {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crate::FailureKind;
+
+    #[test]
+    fn a_signal_does_not_take_the_place_of_a_failure_that_is_not_told_yet() {
+        let listens = |number| listeners().iter().any(|(listener, _)| *listener == number);
+        let went_well = OnSignals::listen().unwrap();
+        let number = went_well.number;
+        went_well.until_told(Ok(())).unwrap();
+        assert!(!listens(number), "the program ends at once");
+        let failed = OnSignals::listen().unwrap();
+        let number = failed.number;
+        let not_at_rest = Failure::instrument("axis.c could not be verified at rest");
+        let told = failed.until_told(Err::<(), _>(not_at_rest)).unwrap_err();
+        assert_eq!((listens(number), told.kind), (true, FailureKind::Instrument));
+    }
 
     #[test]
     fn the_mask_of_ignored_signals_is_read() {
