@@ -17,7 +17,11 @@ use isolux_units::{AxisAngle, Lux};
 
 use self::fakes::{FakeAxis, FakeMeter, FakeSpectro, FakeSwitch, Part, identity};
 pub use self::room::{AMBIENT_LX, AxisDrive, OFFSET_LX, PEAK_CD, Room, STRAY_LX, Shared};
-use crate::devices::{CalibratedSpectro, Devices, TwoState};
+use crate::awake::Awake;
+use crate::devices::{CalibratedSpectro, Devices, Nobody, TwoState};
+use crate::engine::Engine;
+use crate::observe::Silent;
+use crate::pause::Pause;
 
 pub const PLAN_HEAD: &str = "format = \"isolux-plan/1\"\n";
 
@@ -61,7 +65,26 @@ open = "fake:baffle"
 "#;
 
 pub fn station() -> Station {
-    Station::parse(Utf8Path::new("s.toml"), STATION).unwrap()
+    station_with("")
+}
+
+/// The same, with these lines more of its lamp.
+pub fn station_with(lamp: &str) -> Station {
+    let text = STATION.replace("diameter_mm = 70.0", &format!("diameter_mm = 70.0\n{lamp}"));
+    Station::parse(Utf8Path::new("s.toml"), &text).unwrap()
+}
+
+/// What is around a scan that nobody operates or observes.
+pub fn unobserved<'a>(station: &'a Station, pause: &'a Pause, awake: &'a Awake) -> Engine<'a> {
+    Engine {
+        station,
+        operator: &Nobody,
+        pause,
+        observer: &Silent,
+        awake,
+        now_utc: "2026-01-01T00:00:00Z".parse().unwrap(),
+        wall_clock: None,
+    }
 }
 
 pub fn plan(blocks: &str) -> Plan {

@@ -224,9 +224,9 @@ pub(crate) fn one_step<T>(
         let outcome = async {
             let bench = OpenBench::open(source, force, progress).await?;
             step(&bench, &cancel).await
-        };
-        let outcome = outcome.await;
-        cancel.until_told(outcome)
+        }
+        .await;
+        cancel.until_reported(outcome)
     })
 }
 

@@ -89,7 +89,7 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
                 Err(Failure::instrument(sentences.join("; ")))
             }
         };
-        signals.until_told(outcome)
+        signals.until_reported(outcome)
     })
 }
 

@@ -136,9 +136,9 @@ impl ScanJob<'_> {
                 self.execute_on(&mut devices, taken.as_ref(), Timestamp::now())
                     .await
                     .map_err(|failure| session.explain(failure))
-            };
-            let outcome = outcome.await;
-            signals.until_told(outcome)
+            }
+            .await;
+            signals.until_reported(outcome)
         })
     }
 

@@ -44,11 +44,11 @@ impl OnSignals {
     }
 
     /// Gives `outcome` back. After a failure the signals stay with this handle until the program ends: it is about to
-    /// say what failed, which may be an axis that is not at rest, and a signal must not take the place of that.
+    /// report what failed, which may be an axis that is not at rest, and a signal must not take the place of that.
     ///
     /// # Errors
     /// Those of `outcome`.
-    pub fn until_told<T>(self, outcome: Result<T, Failure>) -> Result<T, Failure> {
+    pub fn until_reported<T>(self, outcome: Result<T, Failure>) -> Result<T, Failure> {
         if outcome.is_err() {
             std::mem::forget(self);
         }
@@ -212,17 +212,17 @@ mod tests {
     use crate::FailureKind;
 
     #[test]
-    fn a_signal_does_not_take_the_place_of_a_failure_that_is_not_told_yet() {
+    fn a_signal_does_not_take_the_place_of_a_failure_that_is_not_reported_yet() {
         let listens = |number| listeners().iter().any(|(listener, _)| *listener == number);
         let went_well = OnSignals::listen().unwrap();
         let number = went_well.number;
-        went_well.until_told(Ok(())).unwrap();
+        went_well.until_reported(Ok(())).unwrap();
         assert!(!listens(number), "the program ends at once");
         let failed = OnSignals::listen().unwrap();
         let number = failed.number;
         let not_at_rest = Failure::instrument("axis.c could not be verified at rest");
-        let told = failed.until_told(Err::<(), _>(not_at_rest)).unwrap_err();
-        assert_eq!((listens(number), told.kind), (true, FailureKind::Instrument));
+        let reported = failed.until_reported(Err::<(), _>(not_at_rest)).unwrap_err();
+        assert_eq!((listens(number), reported.kind), (true, FailureKind::Instrument));
     }
 
     #[test]

@@ -8,15 +8,14 @@ use isolux_record::run::{Run, RunDir, StopHow};
 use isolux_record::{Event, Role, Station};
 use tokio::time::{Instant, sleep};
 
+use super::ScanSummary;
 use super::tests::at_rest;
-use super::{Engine, ScanSummary};
 use crate::awake::Awake;
 use crate::cancel::Cancel;
-use crate::devices::{Devices, Nobody};
+use crate::devices::Devices;
 use crate::error::{ScanError, ScanErrorKind};
-use crate::observe::Silent;
 use crate::pause::Pause;
-use crate::testing::{STATION, Shared, bench, header, plan, run_dir};
+use crate::testing::{Shared, bench, header, plan, run_dir, station_with, unobserved};
 
 /// Two half-planes; a conversion of half a second is 5° at 10 °/s.
 const SWEEPS: &str = r#"
@@ -31,8 +30,7 @@ reference_every = 3
 "#;
 
 fn station() -> Station {
-    let text = STATION.replace("diameter_mm = 70.0", "diameter_mm = 70.0\npeak_cd = 1000.0");
-    Station::parse(Utf8Path::new("s.toml"), &text).unwrap()
+    station_with("peak_cd = 1000.0")
 }
 
 async fn scan(
@@ -42,16 +40,9 @@ async fn scan(
     cancel: &Cancel,
     resumed: Option<&Run>,
 ) -> Result<ScanSummary, ScanError> {
-    let engine = Engine {
-        station: &station(),
-        operator: &Nobody,
-        pause: &Pause::new(),
-        observer: &Silent,
-        awake: &Awake::unwatched(),
-        now_utc: "2026-01-01T00:00:00Z".parse().unwrap(),
-        wall_clock: None,
-    };
-    engine.run(devices, plan, run, cancel, resumed).await
+    unobserved(&station(), &Pause::new(), &Awake::unwatched())
+        .run(devices, plan, run, cancel, resumed)
+        .await
 }
 
 /// Every conversion with a number was taken between its instants at a place on the way, with the light on and open.

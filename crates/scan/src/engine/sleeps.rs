@@ -5,39 +5,29 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use camino::Utf8Path;
 use isolux_record::run::{Run, RunDir, StopHow};
-use isolux_record::{Quality, Role, Station};
+use isolux_record::{Quality, Role};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use tokio::time::{Instant, advance, sleep};
 
+use super::ScanSummary;
 use super::tests::{DAY, at_rest};
-use super::{Engine, ScanSummary};
 use crate::awake::Awake;
 use crate::cancel::Cancel;
-use crate::devices::{Devices, Nobody};
+use crate::devices::Devices;
 use crate::error::ScanError;
-use crate::observe::Silent;
 use crate::pause::Pause;
-use crate::testing::{Room, STATION, Shared, bench, plan, run_dir};
+use crate::testing::{Room, Shared, bench, plan, run_dir, station_with, unobserved};
 
 /// When the lamp counts as stable: soon, because every second until then has ten looks at the clocks.
 const STABLE_S: f64 = 180.0;
 
 async fn scan(devices: &mut Devices, run: &mut RunDir, pause: &Pause, awake: &Awake) -> Result<ScanSummary, ScanError> {
-    let stable = format!("\nstable = {{ least_s = {STABLE_S:.1}, window_s = 90.0, spread_rel = 0.005 }}");
-    let text = STATION.replace("diameter_mm = 70.0", &format!("diameter_mm = 70.0{stable}"));
-    let engine = Engine {
-        station: &Station::parse(Utf8Path::new("s.toml"), &text).unwrap(),
-        operator: &Nobody,
-        pause,
-        observer: &Silent,
-        awake,
-        now_utc: "2026-01-01T00:00:00Z".parse().unwrap(),
-        wall_clock: None,
-    };
-    engine.run(devices, &plan(DAY), run, &Cancel::new(), None).await
+    let stable = format!("stable = {{ least_s = {STABLE_S:.1}, window_s = 90.0, spread_rel = 0.005 }}");
+    unobserved(&station_with(&stable), pause, awake)
+        .run(devices, &plan(DAY), run, &Cancel::new(), None)
+        .await
 }
 
 /// How the program does not run.

@@ -3,18 +3,18 @@
 use std::time::Duration;
 
 use isolux_record::run::{Run, RunDir, StopHow};
-use isolux_record::{Plan, Quality, ReadingKind, Role, Station};
-use jiff::Timestamp;
+use isolux_record::{Plan, Quality, ReadingKind, Role};
 use tokio::time::{Instant, sleep};
 
-use super::{Engine, ScanSummary};
+use super::ScanSummary;
 use crate::awake::Awake;
 use crate::cancel::Cancel;
-use crate::devices::{Devices, Nobody};
+use crate::devices::Devices;
 use crate::error::{ScanError, ScanErrorKind};
-use crate::observe::Silent;
 use crate::pause::Pause;
-use crate::testing::{AMBIENT_LX, OFFSET_LX, PEAK_CD, STRAY_LX, Shared, bench, header, plan, run_dir, station};
+use crate::testing::{
+    AMBIENT_LX, OFFSET_LX, PEAK_CD, STRAY_LX, Shared, bench, header, plan, run_dir, station, unobserved,
+};
 
 pub(super) const DAY: &str = r#"
 [[block]]
@@ -68,17 +68,9 @@ pub(super) async fn scan_with(
     (cancel, pause): (&Cancel, &Pause),
     resumed: Option<&Run>,
 ) -> Result<ScanSummary, ScanError> {
-    let station: Station = station();
-    let engine = Engine {
-        station: &station,
-        operator: &Nobody,
-        pause,
-        observer: &Silent,
-        awake: &Awake::unwatched(),
-        now_utc: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap(),
-        wall_clock: None,
-    };
-    engine.run(devices, plan, run, cancel, resumed).await
+    unobserved(&station(), pause, &Awake::unwatched())
+        .run(devices, plan, run, cancel, resumed)
+        .await
 }
 
 pub(super) fn at_rest(room: &Shared) -> bool {

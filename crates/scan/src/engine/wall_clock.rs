@@ -40,38 +40,31 @@ mod tests {
     use super::*;
     use crate::awake::Awake;
     use crate::cancel::Cancel;
-    use crate::devices::Nobody;
     use crate::engine::Engine;
     use crate::engine::tests::DAY;
-    use crate::observe::Silent;
     use crate::pause::Pause;
-    use crate::testing::{bench, plan, run_dir, station};
+    use crate::testing::{bench, plan, run_dir, station, unobserved};
 
     /// The rows of a day during which the computer's clock is set by `step_s` after 1840 s, and its events.
     async fn day(step_s: i64) -> (Vec<Option<f64>>, String) {
         let (mut devices, _room) = bench();
         let plan = plan(DAY);
         let (_keep, path, mut run) = run_dir(&devices, &plan);
-        let (station, began) = (station(), Instant::now());
-        let now_utc: Timestamp = "2026-01-01T00:00:00Z".parse().unwrap();
+        let (station, pause, awake) = (station(), Pause::new(), Awake::unwatched());
+        let engine = unobserved(&station, &pause, &awake);
+        let (now_utc, began) = (engine.now_utc, Instant::now());
         let wall_clock = move || {
             let passed = began.elapsed();
             let step = if passed.as_secs() < 1840 { 0 } else { step_s };
             now_utc + SignedDuration::try_from(passed).unwrap() + SignedDuration::from_secs(step)
         };
-        let engine = Engine {
-            station: &station,
-            operator: &Nobody,
-            pause: &Pause::new(),
-            observer: &Silent,
-            awake: &Awake::unwatched(),
-            now_utc,
+        Engine {
             wall_clock: Some(&wall_clock),
-        };
-        engine
-            .run(&mut devices, &plan, &mut run, &Cancel::new(), None)
-            .await
-            .unwrap();
+            ..engine
+        }
+        .run(&mut devices, &plan, &mut run, &Cancel::new(), None)
+        .await
+        .unwrap();
         drop(run);
         let times = Run::read(&path).unwrap().readings.rows;
         let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
